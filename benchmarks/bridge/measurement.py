@@ -1,4 +1,4 @@
-"""Messages through a bridge in a process of its own, between a node of ROS and a stand-in for the cloud.
+"""Messages through a bridge in its own process, between a node of ROS and a stand-in for the cloud.
 
 Node and stand-in are in this process and share its clock. The baseline is half of the time that a scan takes to a
 second node in another process and back, without the bridge.
@@ -8,14 +8,16 @@ import asyncio
 import os
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections import defaultdict
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import psutil
+from websockets.asyncio.server import ServerConnection, serve
 
 from benchmarks.bridge import master_stand_in
-from benchmarks.bridge.cloud_stand_in import CloudStandIn, cloud_stand_in
 from benchmarks.bridge.echo_process import BACK, DOMAIN, SCAN, TO, node
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.free_ports import free_ports
@@ -27,6 +29,70 @@ from robots.bridges.core.transport import Transport
 
 if TYPE_CHECKING:
     from rich.progress import Progress
+
+
+TOPICS = ["/odom", "/scan", "/tf", "/tf_static", "/goal_pose", "/initialpose"]
+"""Topics that the stand-in's clone has."""
+
+
+class _Frame(msgspec.Struct):
+    op: str
+    id: str | None = None
+    topic: str = ""
+    service: str = ""
+
+
+class CloudStandIn:
+    """Server for one bridge.
+
+    Attributes
+    ----------
+    arrived : dict
+        Times at which messages arrived, by topic [s].
+    """
+
+    def __init__(self) -> None:
+        self.url = ""
+        self.arrived: defaultdict[str, list[float]] = defaultdict(list)
+        self.subscribed: set[str] = set()
+        self._socket: ServerConnection | None = None
+        self._decoder = msgspec.json.Decoder(_Frame)
+
+    async def handle(self, socket: ServerConnection) -> None:
+        """Serve a bridge."""
+        self._socket = socket
+        async for text in socket:
+            now = monotonic()
+            frame = self._decoder.decode(text)
+            if frame.op == "publish":
+                self.arrived[frame.topic].append(now)
+            elif frame.op == "subscribe":
+                self.subscribed.add(frame.topic)
+            elif frame.op == "call_service":
+                values = {"topics": TOPICS, "types": []}
+                await self.send(op="service_response", service=frame.service, id=frame.id, result=True, values=values)
+
+    async def send(self, **frame: Any) -> None:
+        """Send a frame to the bridge."""
+        assert self._socket is not None
+        await self._socket.send(msgspec.json.encode(frame).decode())
+
+    async def publish(self, topic: str, message: Any) -> None:
+        """Publish a message once the bridge has subscribed to the topic."""
+        async with asyncio.timeout(20.0):
+            while topic not in self.subscribed:  # noqa: ASYNC110 - one wait before a measurement
+                await asyncio.sleep(0.01)
+        await self.send(op="publish", topic=topic, msg=message)
+
+
+@asynccontextmanager
+async def cloud_stand_in() -> AsyncIterator[CloudStandIn]:
+    """Run a stand-in on a free port of the loopback interface."""
+    cloud = CloudStandIn()
+    async with serve(cloud.handle, "127.0.0.1", 0, compression=None, max_size=None) as server:
+        cloud.url = f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        yield cloud
+
 
 ODOMETRY, TF = "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 TWIST, GRID = "geometry_msgs/msg/Twist", "nav_msgs/msg/OccupancyGrid"

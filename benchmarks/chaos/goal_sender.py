@@ -1,12 +1,13 @@
-"""Client that sends a robot from goal to goal, and checks how each goal ends: the robot itself, or an operator."""
+"""Client that sends a robot from goal to goal; each goal must get one result, or its client learns that it is lost."""
 
 import asyncio
 import itertools
+import math
+from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
 
-from benchmarks.chaos.goal_results import GoalResults
-from benchmarks.chaos.goal_trace import GoalTrace, Standing
-from benchmarks.chaos.silences import Silences
+from benchmarks.chaos.message_checks import Silences
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -15,8 +16,143 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.nodes.granted_move_base.node import GIVING_WAY
-from robots.client.goal_tracker import TrackedGoal
+from robots.client.move_base import TrackedGoal
 from robots.client.robot_client import RobotClient
+
+Ending = Literal["result", "status", "lost"]
+
+
+class GoalResults:
+    """Goals of one robot, and how they ended.
+
+    Parameters
+    ----------
+    robot : str
+        Name of the robot.
+    tell : callable
+        Called with a description of each error.
+    """
+
+    def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
+        self._robot = robot
+        self._tell = tell
+        self._sent: dict[str, int] = {}
+        self.endings: Counter[Ending] = Counter()
+        self.statuses: Counter[str] = Counter()
+        self.texts: Counter[str] = Counter()
+
+    @property
+    def sent(self) -> int:
+        """Number of goals sent."""
+        return len(self._sent)
+
+    def send(self, goal: str) -> None:
+        """Record a goal that was sent."""
+        self._sent[goal] = 0
+
+    def result(self, goal: str) -> None:
+        """Record a result; a second one for the same goal is an error."""
+        if goal not in self._sent:
+            self._tell(f"{self._robot} received the result of a goal that it never sent: {goal}")
+            return
+        self._sent[goal] += 1
+        if self._sent[goal] > 1:
+            self._tell(f"{self._robot} received {self._sent[goal]} results of {goal}")
+
+    def end(self, ending: Ending, status: str, text: str = "") -> None:
+        """Record the end of a goal.
+
+        Parameters
+        ----------
+        ending : str
+            ``result``; ``status`` if the result was lost and the list of statuses shows the end; ``lost`` if a new
+            session began whose clone does not know the goal, or if the client gave up.
+        status : str
+            Final status of the goal.
+        text : str
+            Reason of a goal that the robot has not reached.
+        """
+        self.endings[ending] += 1
+        self.statuses[status] += 1
+        if status != Status.SUCCEEDED.name:
+            self.texts[f"{self._robot}: {status}, {text}"] += 1
+
+    def forgotten(self, goal: str) -> None:
+        """Record that a clone does not know a goal although no new session began."""
+        self._tell(f"{self._robot}: the clone lost {goal} without a new session")
+
+    def missing(self, goal: str, seconds: float, trace: str) -> None:
+        """Report a goal that has neither ended nor been lost within a time limit [s], with its trace."""
+        self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s: {trace}")
+
+
+# -- trace of a goal ---------------------------------------------------------------------------------------------------
+
+PERIOD = 40.0
+"""Time between two entries [s]."""
+
+
+class Standing(NamedTuple):
+    """State of a robot.
+
+    Parameters
+    ----------
+    x, y : float
+        Its position [m].
+    lost : float
+        Distance between its position and the one that its clone believes in [m].
+    simulated : float
+        Time of its world [s]; it lags behind if the computer is too slow.
+    commands, cycles : int
+        Numbers of commands, and of control cycles of its clone, since it was started.
+    """
+
+    x: float
+    y: float
+    lost: float
+    simulated: float
+    commands: int
+    cycles: int
+
+    def __str__(self) -> str:
+        """Return where the robot is, and how far from where its clone believes it to be."""
+        return f"at {self.x:.2f}, {self.y:.2f}, {self.lost:.2f} m lost"
+
+
+class GoalTrace:
+    """Entries about one goal since it was sent.
+
+    Parameters
+    ----------
+    x, y : float
+        Position of the goal [m].
+    standing : callable
+        Returns the state of the robot.
+    """
+
+    def __init__(self, x: float, y: float, standing: Callable[[], Standing]) -> None:
+        self._x, self._y = x, y
+        self._standing = standing
+        self._last = standing()
+        self._entries: list[str] = []
+
+    def look(self, seconds: float) -> None:
+        """Add an entry if one is due, ``seconds`` after the goal was sent."""
+        if seconds < PERIOD * (len(self._entries) + 1):
+            return
+        now, last = self._standing(), self._last
+        away = math.dist((now.x, now.y), (self._x, self._y))
+        self._entries.append(
+            f"after {seconds:.0f} s {away:.1f} m away, {now.lost:.1f} m lost, "
+            f"{now.simulated - last.simulated:.0f} s simulated, "
+            f"{now.commands - last.commands} commands in {now.cycles - last.cycles} cycles"
+        )
+        self._last = now
+
+    def __str__(self) -> str:
+        """Return the entries."""
+        return "; ".join(self._entries)
+
 
 PATIENCE = 240.0
 """Time within which a goal must end or be reported lost [s]."""

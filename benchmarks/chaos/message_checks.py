@@ -1,10 +1,56 @@
-"""Checks of the messages to a robot: nothing may arrive twice or come from two clones at once."""
+"""Checks of the messages to a robot: none twice or from two clones at once, gaps in them, and where it strayed.
+
+Without feedback of control cycles, no clone serves the robot: a clone sends it in every cycle, also while it replans,
+recovers or waits for another robot and commands nothing. Without commands, the robot stands, for any reason.
+"""
 
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable
+from typing import NamedTuple
 
-from benchmarks.chaos.silences import Silences
+NOTEWORTHY = 0.5
+"""Shortest silence that is a gap [s]: the time for which a base continues with its last command."""
+
+
+class Gap(NamedTuple):
+    """Time without a message while the robot had a goal [monotonic s]."""
+
+    begin: float
+    end: float
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return self.end - self.begin
+
+
+class Silences:
+    """Gaps in one kind of messages to a robot."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+        self.gaps: list[Gap] = []
+
+    def goal_sent(self, now: float) -> None:
+        """Expect messages from now on [monotonic s]."""
+        self._since = now
+
+    def heard(self, now: float) -> None:
+        """Record a message."""
+        if self._since is not None:
+            self._note(self._since, now)
+            self._since = now
+
+    def goal_ended(self, now: float) -> None:
+        """Expect no more messages."""
+        self.heard(now)
+        self._since = None
+
+    def _note(self, since: float, now: float) -> None:
+        if now - since >= NOTEWORTHY:
+            self.gaps.append(Gap(since, now))
+
 
 MOST_CYCLES = 32
 """Largest number of control cycles of one clone within a second: one clone runs 20, two would run 40."""
@@ -71,3 +117,28 @@ def _again(stamp: float, newest: float) -> str:
     if stamp > newest:
         return "that was never sent"
     return "again" if stamp == newest else f"that is {newest - stamp:.3f} s older than the last one"
+
+
+FAR = 1.0
+"""Distance between a robot and the pose that its clone publishes from which the robot counts as astray [m]."""
+
+
+class Strays:
+    """Times in which one robot was astray."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+        self.gaps: list[Gap] = []
+
+    def look(self, metres: float, now: float) -> None:
+        """Record the distance between the robot and its believed pose [m] at a time [monotonic s]."""
+        if metres < FAR:
+            self.end(now)
+        elif self._since is None:
+            self._since = now
+
+    def end(self, now: float) -> None:
+        """Record that the robot has left, or was found again."""
+        if self._since is not None:
+            self.gaps.append(Gap(self._since, now))
+        self._since = None

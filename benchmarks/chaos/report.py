@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import msgspec
 
 from benchmarks.chaos.faults import InjectedFault
-from benchmarks.chaos.silences import Gap
+from benchmarks.chaos.message_checks import Gap
 
 BEFORE = 1.0
 """Longest time from a fault to a gap that it caused [s]: messages in flight still reach the robot."""

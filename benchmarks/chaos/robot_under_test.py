@@ -5,11 +5,8 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 
-from benchmarks.chaos.goal_sender import GoalSender
-from benchmarks.chaos.goal_trace import Standing
-from benchmarks.chaos.message_checks import MessageChecks
-from benchmarks.chaos.silences import Silences
-from benchmarks.chaos.strays import Strays
+from benchmarks.chaos.goal_sender import GoalSender, Standing
+from benchmarks.chaos.message_checks import MessageChecks, Silences, Strays
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D

@@ -1,6 +1,7 @@
-"""Chaos run: a cloud with several machines, driving robots, injected faults, and the report."""
+"""Chaos run: a cloud with several machines, driving robots, injected faults, a watch of traffic, and the report."""
 
 import asyncio
+import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,18 +10,69 @@ from typing import Any
 
 from rich.progress import Progress
 
-from benchmarks.chaos.faults import CloudSize
-from benchmarks.chaos.injector import Injector
-from benchmarks.chaos.leftovers import Leftovers
-from benchmarks.chaos.path_requester import PathRequester
+from benchmarks.chaos.clients import PathRequester, clients_of
+from benchmarks.chaos.cloud_processes import Leftovers
+from benchmarks.chaos.faults import CloudSize, Injector
 from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences, strays_of
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
-from benchmarks.chaos.throttled_client import clients_of
-from benchmarks.chaos.traffic_watch import TrafficWatch
 from ppaas.clock import monotonic
-from ppaas.errors import Unavailable
+from ppaas.errors import PPaaSError, Unavailable
+from robots.client.cloud_url import path_of
+from robots.client.rest import RestClient
+
+logger = logging.getLogger(__name__)
+
+# -- watch of the traffic of a map -------------------------------------------------------------------------------------
+
+PERIOD = 2.0
+"""Period at which the cloud is asked [s]."""
+
+
+class TrafficWatch:
+    """Asks the cloud for the traffic of a map, and adds its last answer to errors.
+
+    Parameters
+    ----------
+    rest : RestClient
+        Login of the owner of the robots.
+    map_id : str
+        Id of the map.
+    tell : callable
+        Called with a description of each error.
+    """
+
+    def __init__(self, rest: RestClient, map_id: str, tell: Callable[[str], None]) -> None:
+        self._rest = rest
+        self._path = path_of("maps", map_id, "traffic")
+        self._tell = tell
+        self._seen = "not known"
+        self._seen_at = monotonic()
+
+    def tell(self, what: str) -> None:
+        """Tell an error, with the traffic as it was last seen."""
+        self._tell(f"{what}; traffic {monotonic() - self._seen_at:.0f} s before: {self._seen}")
+
+    async def run(self) -> None:
+        """Ask until cancelled; while the cloud does not answer, the last answer is kept."""
+        while True:
+            try:
+                self._see(await self._rest.get(self._path))
+            except PPaaSError as error:
+                logger.info("no answer about the traffic: %s", error)
+            await asyncio.sleep(PERIOD)
+
+    def _see(self, traffic: Any) -> None:
+        self._seen = ", ".join(map(_in_words, traffic["robots"]))
+        self._seen_at = monotonic()
+
+
+def _in_words(robot: dict[str, Any]) -> str:
+    x, y, _ = robot["pose"]
+    waits = f" for {robot['waits_for']} since {robot['waited']:.0f} s" if robot["waits_for"] else ""
+    return f"{robot['robot']} {robot['state']}{waits} at {x:.2f}, {y:.2f}"
+
 
 MAPS = 2
 """Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
@@ -136,7 +188,6 @@ def _scene(options: ChaosOptions, number: int) -> Scene:
 
 
 async def _count_contacts(scene: Scene, robots: Sequence[RobotUnderTest], tell: Callable[[str], None]) -> None:
-    """Report contacts of robots in traffic, as long as the run lasts."""
     known: Counter[int] = Counter()
     while True:
         contacts = scene.world.contacts.robot_contacts

@@ -6,7 +6,7 @@ from random import Random
 
 from benchmarks.chaos.robot_under_test import RobotUnderTest
 from benchmarks.harness.cloud_under_test import Target
-from benchmarks.harness.largest_part import largest_part
+from benchmarks.harness.halls import largest_part
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D

@@ -110,7 +110,6 @@ class ChaosSite:
         await self._open.aclose()
 
     async def _join(self, name: str, port: int) -> None:
-        """Start a machine with an endpoint."""
         options = ("--endpoints", "1", "--port", str(port))
         ticket, folder = await ticket_of(self.folder / "data"), self.folder / MACHINES / name
         self._machines.append(await JoinedMachine.start(name, folder, ticket, restarts=True, options=options))

@@ -42,18 +42,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the summary of all runs, and its table."""
-    from benchmarks.navigation.barn import suite  # noqa: PLC0415
+    from benchmarks.navigation.barn import run  # noqa: PLC0415
     from benchmarks.navigation.barn.worlds import read_worlds  # noqa: PLC0415
     from ppaas.controllers.registry import CONTROLLERS  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     CONTROLLERS.load(arguments.planner)  # report an unknown name before any process is started
     worlds = read_worlds(arguments.file, arguments.worlds, arguments.radius)
-    options = suite.BarnOptions(arguments.runs, arguments.planner, arguments.noise, arguments.seed, arguments.jobs)
+    options = run.BarnOptions(arguments.runs, arguments.planner, arguments.noise, arguments.seed, arguments.jobs)
     if arguments.picture is not None:
-        _draw(arguments.picture, suite.jobs_of(worlds, options)[0])
+        _draw(arguments.picture, run.jobs_of(worlds, options)[0])
     task = progress.add_task(f"{len(worlds)} worlds", total=len(worlds) * arguments.runs)
-    results = suite.measure(worlds, options, lambda: progress.advance(task))
-    return Measured(suite.summary(results), _rows(results))
+    results = run.measure(worlds, options, lambda: progress.advance(task))
+    return Measured(run.summary(results), _rows(results))
 
 
 def _draw(path: Path, job: Any) -> None:
@@ -65,8 +65,7 @@ def _draw(path: Path, job: Any) -> None:
 
 
 def _rows(results: "list[BarnResult]") -> list[dict[str, str]]:
-    """Return a row for all runs, and one for each of the worst worlds."""
-    from benchmarks.navigation.barn.suite import summary  # noqa: PLC0415
+    from benchmarks.navigation.barn.run import summary  # noqa: PLC0415
 
     of: dict[int, list[BarnResult]] = {}
     for result in results:

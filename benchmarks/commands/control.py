@@ -93,7 +93,6 @@ def _clone(seconds: int, others: int, progress: "Progress") -> Measured:
 
 
 def _draw(path: Path, told: "list[Cycles]") -> None:
-    """Draw the percentiles of the times of each planner's cycles."""
     import numpy as np  # noqa: PLC0415
 
     from robots.pictures.line_chart import Axis, Line, write_chart  # noqa: PLC0415

@@ -51,16 +51,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the summaries of each map and of all goals, and their table."""
-    from benchmarks.navigation.goals import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.navigation.goals import run  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     jobs = _jobs(arguments)
     if arguments.plot is not None:
         _draw(arguments.plot, jobs[0])
     task = progress.add_task(f"{len(jobs)} drives", total=len(jobs))
-    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task), arguments.keep)
+    results = run.measure(jobs, arguments.jobs, lambda: progress.advance(task), arguments.keep)
     names = dict.fromkeys(job.name for job in jobs)
-    told = {name: suite.summary([result for result in results if result.map == name]) for name in names}
-    total = suite.summary(results)
+    told = {name: run.summary([result for result in results if result.map == name]) for name in names}
+    total = run.summary(results)
     rows = [_row(name, each) for name, each in {**told, "all": total}.items()]
     return Measured({"people": arguments.people, "planner": jobs[0].controller, "maps": told, **total}, rows)
 

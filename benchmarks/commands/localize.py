@@ -80,7 +80,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 
 def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> dict[str, Any]:
-    from benchmarks.localization import suite  # noqa: PLC0415
+    from benchmarks.localization import run  # noqa: PLC0415
     from benchmarks.localization.run import Kind, LocalizationJob  # noqa: PLC0415
     from ppaas.localization.parameters import AmclParameters  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
@@ -96,16 +96,14 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
     minutes = arguments.stand or arguments.creep
     jobs = [LocalizationJob(*given, run, arguments.jam, minutes) for run in range(arguments.runs)]
     task = progress.add_task(f"{kind} in {arguments.map}", total=len(jobs))
-    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
-    return {"map": arguments.map, "kind": kind, **suite.summary(results)}
+    results = run.measure(jobs, arguments.jobs, lambda: progress.advance(task))
+    return {"map": arguments.map, "kind": kind, **run.summary(results)}
 
 
 def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]:
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.localization import replay  # noqa: PLC0415
-    from benchmarks.localization.drift import drifting  # noqa: PLC0415
-    from benchmarks.localization.log_map import map_of  # noqa: PLC0415
-    from benchmarks.localization.picture import write_picture  # noqa: PLC0415
+    from benchmarks.localization.replay import drifting, map_of, write_picture  # noqa: PLC0415
     from robots.recordings.reader import read_recording  # noqa: PLC0415
     from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
 

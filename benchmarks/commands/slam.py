@@ -68,7 +68,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         check_figure(arguments.plot)
     parts = suite.measure(options_of(arguments), arguments.only or (), progress)
     if arguments.plot is not None and "logs" in parts:
-        from benchmarks.mapping.parts.stage_chart import write_stages  # noqa: PLC0415
+        from benchmarks.mapping.parts.suite import write_stages  # noqa: PLC0415
 
         write_stages(arguments.plot, parts["logs"].results)
     figures = measured([figure for part in parts.values() for figure in part.figures])

@@ -15,7 +15,7 @@ from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 PART = "crowd"
 CORES = 0.25

@@ -81,7 +81,6 @@ def _rate_figure(balancer: str, placed: dict[str, float], robots: int, machines:
 
 @contextlib.asynccontextmanager
 async def _master(folder: Path, balancer: str, robots: int, machines: int) -> AsyncIterator[JsonProcess]:
-    """Run a master, and wait until its machines have joined."""
     async with json_process(master_process, str(folder), balancer, str(robots)) as master:
         await master.hear()
         await master.ask({"do": "wait", "machines": machines})

@@ -8,21 +8,75 @@ difference is the route between the containers: machine link, fabric, machine li
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from typing import ClassVar
 
 from rich.progress import Progress
 
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import grid_to_drive_on
 from benchmarks.engine.options import EngineOptions
-from benchmarks.engine.ping_pong import in_one_container
-from benchmarks.engine.samples import median_and_p99
 from benchmarks.engine.site import EngineSite
 from benchmarks.engine.talking_robot import TalkingRobot, talking_robot
-from benchmarks.harness.figures import Figure, median_of
+from benchmarks.harness.figures import Figure, median_and_p99, median_of
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.nodes.base import Node, Payload, Topic
+from ppaas.nodes.graph import Graph
 from robots.sim.courses import CoursePlanner
+
+PING, PONG = Topic("ping", PoseWithCovarianceStamped), Topic("pong", PoseWithCovarianceStamped)
+
+MESSAGE = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(1.0, 2.0, 0.5))))
+
+
+class PongNode(Node):
+    """Publishes each message that it receives."""
+
+    name: ClassVar[str] = "answerer"
+    subscribes: ClassVar[tuple[Topic, ...]] = (PING,)
+    publishes: ClassVar[tuple[Topic, ...]] = (PONG,)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Publish the message."""
+        self.context.publish(PONG.name, message)
+
+
+class PingNode(Node):
+    """Publishes a message, and records the time of the answer.
+
+    Attributes
+    ----------
+    answered : float
+        Time of the last answer [monotonic s].
+    """
+
+    name: ClassVar[str] = "asker"
+    subscribes: ClassVar[tuple[Topic, ...]] = (PONG,)
+    publishes: ClassVar[tuple[Topic, ...]] = (PING,)
+    answered: float = 0.0
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Record the time of the answer."""
+        self.answered = monotonic()
+
+    def ask(self) -> float:
+        """Publish a message; return the time until its answer [s]."""
+        began = monotonic()
+        self.context.publish(PING.name, MESSAGE)
+        return self.answered - began
+
+
+def in_one_container(rounds: int) -> list[float]:
+    """Return the round-trip times of a pose between two nodes of a graph [s]."""
+    graph = Graph()
+    graph.add(PongNode)
+    asker = graph.add(PingNode)
+    return [asker.ask() for _ in range(rounds)]
+
 
 PART = "messages"
 ROUNDS, QUICK = 100, 5

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from benchmarks.harness.parts import PartSelection
+from benchmarks.harness.figures import PartSelection
 
 READY_LIMIT_MS = {"process": 100.0, "ray": 100.0, "docker": 400.0}
 """Time within which a container must be ready [ms], by runtime; on Ray after the first start of a node."""

@@ -13,13 +13,12 @@ from collections.abc import AsyncIterator
 from rich.progress import Progress
 
 from benchmarks.engine import baselines
-from benchmarks.engine.container_crash import LIMITS_MS
 from benchmarks.engine.driving_robot import PATIENCE, grid_to_drive_on
 from benchmarks.engine.options import PAUSES, EngineOptions
-from benchmarks.engine.samples import median_and_p99, median_and_worst, served_after
+from benchmarks.engine.recovery import CRASH_LIMITS_MS
 from benchmarks.engine.site import EngineSite
 from benchmarks.harness.cloud_under_test import CORES
-from benchmarks.harness.figures import Figure, median_of
+from benchmarks.harness.figures import Figure, median_and_p99, median_and_worst, median_of, served_after
 from engine.container.group_bridges import PEOPLE_PERIOD
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotFound, Unavailable
@@ -130,7 +129,7 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
     return [
         median_of(PART, "first state", first, note=f"{options.runtime}; from the connection of the first robot"),
         *median_and_p99(PART, "report in a state", delays, limit=LIMIT_MS, note=f"a cycle each {1e3 * PERIOD:.0f} ms"),
-        *median_and_worst(PART, "states again", silences, limit=LIMITS_MS.get(options.runtime), note=note),
+        *median_and_worst(PART, "states again", silences, limit=CRASH_LIMITS_MS.get(options.runtime), note=note),
         baselines.python_figure(PART, started),
     ]
 

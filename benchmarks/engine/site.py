@@ -1,7 +1,8 @@
-"""Cloud of the engine bench: started on loopback, with a second machine where one is needed."""
+"""Cloud of the engine bench: started on loopback, with machines that join it where they are needed."""
 
 import asyncio
 import contextlib
+import tempfile
 from collections.abc import AsyncIterator, Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,10 @@ from typing import Any, Protocol
 
 from benchmarks.engine.options import EngineOptions
 from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
-from benchmarks.harness.joining import joined_machines
+from benchmarks.harness.joining import JoinedMachine, joined_machines, ticket_of
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 from robots.demo.cloud_process import CloudProcess
 
 SPARE = 16
@@ -143,3 +144,35 @@ async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
             return there
         await asyncio.sleep(0.05)
     raise Unavailable(f"no machine joined within {JOIN_TIMEOUT:g} s")
+
+
+# -- machines that join a cloud on this host by ``ppaas machine join``, with the link of remote machines ---------------
+
+
+class LocalHosts:
+    """Provides additional machines on this host.
+
+    Parameters
+    ----------
+    arguments : tuple of str
+        Arguments of the cloud; those that allow machines to join are added.
+    """
+
+    def __init__(self, arguments: tuple[str, ...]) -> None:
+        self.arguments = (*arguments, "--listen-machines", "127.0.0.1:0")
+        self.environment: dict[str, str] = {}
+        self._count = 0
+
+    @contextlib.asynccontextmanager
+    async def joined(self, target: Target, folder: Path) -> AsyncIterator[JoinedMachine]:
+        """Start a machine that joins the cloud with this folder by a ticket, and end it afterwards."""
+        self._count += 1
+        name = f"bench-{self._count}"
+        with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as own:  # sockets need a short path
+            machine = await JoinedMachine.start(name, Path(own), await ticket_of(folder / "data"))
+            try:
+                await machine.is_in(target.rest)
+                yield machine
+            finally:
+                with contextlib.suppress(Unavailable):  # it did not exit by itself, and was killed
+                    await machine.end()

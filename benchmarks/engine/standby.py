@@ -14,9 +14,8 @@ from rich.progress import Progress
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import MAP, grid_to_drive_on
 from benchmarks.engine.options import EngineOptions
-from benchmarks.engine.samples import median_and_worst
 from benchmarks.harness.cloud_under_test import Target, logged_in
-from benchmarks.harness.figures import Figure
+from benchmarks.harness.figures import Figure, median_and_worst
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.joining import JoinedMachine, ticket_of
 from engine.remote.replica import LAST
@@ -128,6 +127,5 @@ async def _fail(target: Target, leader: int, fault: signal.Signals, standby: Clo
 
 
 async def _container(rest: RestClient) -> tuple[str, int] | None:
-    """Return id and process of the robot's container."""
     found = [view for view in await rest.items("/v1/containers") if view["robot"] == ROBOT and view["pid"]]
     return (found[0]["id"], found[0]["pid"]) if found else None

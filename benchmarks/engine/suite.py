@@ -5,29 +5,19 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 
 from rich.progress import Progress
 
-from benchmarks.engine import (
-    capacity,
-    container_crash,
-    machine_loss,
-    master,
-    messages,
-    people_coordinator,
-    standby,
-    time_to_ready,
-)
-from benchmarks.engine.joined_hosts import LocalHosts
+from benchmarks.engine import capacity, first_answer, master, messages, people_coordinator, recovery, standby
 from benchmarks.engine.options import EngineOptions
-from benchmarks.engine.ray_hosts import ray_hosts
-from benchmarks.engine.site import EngineSite, Hosts, cloud_on
+from benchmarks.engine.ray_cluster import ray_hosts
+from benchmarks.engine.site import EngineSite, Hosts, LocalHosts, cloud_on
 from benchmarks.harness.figures import Figure
 
 Measure = Callable[[EngineSite, EngineOptions, Progress], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
-    time_to_ready.PART: time_to_ready.measure,
+    first_answer.PART: first_answer.measure,
     capacity.PART: capacity.measure,
-    container_crash.PART: container_crash.measure,
-    machine_loss.PART: machine_loss.measure,
+    recovery.CRASH: recovery.measure_crashes,
+    recovery.LOSS: recovery.measure_losses,
     messages.PART: messages.measure,
     people_coordinator.PART: people_coordinator.measure,
 }

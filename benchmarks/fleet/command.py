@@ -48,9 +48,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures of all cases."""
-    from benchmarks.fleet import cases, lifelong, one_shot, turns  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.fleet import cases, planning, traffic  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from benchmarks.fleet.stand_ins import strips  # noqa: PLC0415
-    from benchmarks.fleet.traffic import measure as traffic  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
 
     if arguments.traffic:
@@ -64,7 +63,11 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     if arguments.stand_ins:
         return measured([each for words in arguments.stand_ins for each in _stand_ins(words, progress)])
     chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE
-    parts = [(part, case) for case in chosen for part in (one_shot.measure, turns.measure, lifelong.measure)]
+    parts = [
+        (part, case)
+        for case in chosen
+        for part in (planning.measure_one_shot, planning.measure_turns, planning.measure_lifelong)
+    ]
     return measured(
         [figure for part, case in progress.track(parts, description="fleet") for figure in part(case, arguments.quick)]
     )

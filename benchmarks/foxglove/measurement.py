@@ -105,7 +105,6 @@ async def _of_sdk(robots: int, seconds: float) -> Figure:
 
 @contextlib.asynccontextmanager
 async def _viewer(url: str, robots: int) -> AsyncIterator[JsonProcess]:
-    """Run a viewer that has the channels of all robots."""
     async with json_process(viewer_process, url, str(robots * len(TOPICS))) as viewer:
         await viewer.hear()
         yield viewer
@@ -141,7 +140,6 @@ async def _talk(robot: TalkingRobot, talking: asyncio.Event) -> None:
 
 
 async def _listening(port: int) -> None:
-    """Wait until a server listens."""
     async with asyncio.timeout(20.0):
         while True:
             with contextlib.suppress(OSError):

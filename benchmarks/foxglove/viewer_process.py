@@ -11,7 +11,7 @@ import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from benchmarks.harness.json_lines import lines, tell
+from benchmarks.harness.json_process import lines, tell
 
 TOPICS = ("scan", "tf", "amcl_pose")
 

@@ -1,10 +1,14 @@
-"""Results of a bench: figures with baselines and limits, as a table or as JSON."""
+"""Results of a bench: figures with baselines and limits, of samples and of parts, as a table or as JSON."""
 
+import itertools
 import statistics
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -92,3 +96,89 @@ def _cells(figure: Figure) -> tuple[str, ...]:
     value = f"{colour}{figure.value:,.4g} {figure.unit}".rstrip()
     met = {None: "", True: "yes", False: "NO"}[figure.kept]
     return figure.part, figure.name, value, spread, limit, met, figure.note
+
+
+# -- figures of samples ------------------------------------------------------------------------------------------------
+
+
+def median_and_p99(
+    part: str, name: str, samples: Sequence[float], *, limit: float | None = None, note: str = ""
+) -> list[Figure]:
+    """Return the median and the 99th percentile of samples [s], both with the limit [ms]."""
+    p99 = float(np.percentile(samples, 99, method="higher"))
+    return [
+        median_of(part, name, samples, limit=limit, note=note),
+        Figure(part, f"{name}, p99", round(1e3 * p99, 3), "ms", limit=limit, note=f"of {len(samples)}"),
+    ]
+
+
+def median_and_worst(
+    part: str, name: str, samples: Sequence[float], *, limit: float | None, note: str = ""
+) -> list[Figure]:
+    """Return the median and the maximum of samples [s], both with the limit, if any [ms]."""
+    return [
+        median_of(part, name, samples, limit=limit, note=note),
+        Figure(part, f"{name}, worst", round(1e3 * max(samples), 3), "ms", limit=limit, note=f"of {len(samples)}"),
+    ]
+
+
+def served_after(commands: Sequence[float], fault: float) -> float:
+    """Return the time from a fault until a robot received commands again [s].
+
+    Commands in flight still arrive after the fault, so the effect of the fault is the longest gap that ends after it.
+
+    Parameters
+    ----------
+    commands : sequence of float
+        Arrival times in order [s], at least one of them before and one after the fault.
+    fault : float
+        Time of the fault [s].
+    """
+    ends = [(after - before, after) for before, after in itertools.pairwise(commands) if after > fault]
+    return max(ends)[1] - fault
+
+
+# -- options of a bench that has several parts, and their results ------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PartSelection:
+    """Parts to measure, and the number of samples.
+
+    Parameters
+    ----------
+    only : tuple of str
+        Names of parts; empty for all.
+    quick : bool
+        Whether to take few samples.
+    """
+
+    only: tuple[str, ...] = ()
+    quick: bool = False
+
+    def wants(self, part: str) -> bool:
+        """Return whether a part is to be measured."""
+        return not self.only or part in self.only
+
+
+class PartResult(NamedTuple):
+    """Result of a part.
+
+    Parameters
+    ----------
+    figures : list of Figure
+        Quantities that have bars, and baselines.
+    rows : list of dict
+        Details for people; all rows have the same keys.
+    results : list of dict
+        Complete results for programs.
+    """
+
+    figures: list[Figure]
+    rows: list[dict[str, str]]
+    results: list[dict[str, Any]]
+
+    @classmethod
+    def failed(cls, part: str, error: Exception) -> "PartResult":
+        """Return a figure that misses its bar, with the reason."""
+        return cls([Figure(part, "measured", 0, "", limit=1.0, floor=True, note=str(error))], [], [])

@@ -81,7 +81,6 @@ class Front:
             self._chosen = ready
 
     def _next(self) -> int | None:
-        """Return the port of the next connection."""
         ready = [self._chosen, *(port for port in self._others if self._ready[port])]
         return ready[next(self._turn) % len(ready)]
 

@@ -1,4 +1,4 @@
-"""Processes that a bench starts and talks with in lines of JSON."""
+"""Processes that talk with a bench in lines of JSON: the side of the bench, and the side of the process."""
 
 import asyncio
 import contextlib
@@ -71,3 +71,21 @@ async def json_process(module: ModuleType, *arguments: str) -> AsyncIterator[Jso
         yield talk
     finally:
         await talk.kill()
+
+
+MOST_REQUEST = 1 << 16
+"""Longest line [bytes]."""
+
+
+async def lines() -> AsyncIterator[Any]:
+    """Yield the decoded lines of standard input until it is closed."""
+    reader = asyncio.StreamReader(MOST_REQUEST)
+    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    async for line in reader:
+        yield msgspec.json.decode(line)
+
+
+def tell(value: object) -> None:
+    """Print a line."""
+    sys.stdout.write(f"{msgspec.json.encode(value).decode()}\n")
+    sys.stdout.flush()

@@ -1,7 +1,8 @@
-"""A run in the simulated world: drives, localizes, and compares the estimates with the true poses."""
+"""Runs in the simulated world: a robot drives and localizes, and the estimates are compared with the true poses."""
 
 import math
 from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, Literal
@@ -9,8 +10,99 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localization.scene import Errors, LocalizationScene
+from benchmarks.harness.parallel_runs import run_all
+from benchmarks.localization.crowd import Crowd, CrowdedWorld, Inching
+from benchmarks.localization.localizer import Localizer
+from benchmarks.localization.route import Route
+from ppaas.costmap.build_layers import build_layers
+from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import Twist
+from robots.sim.shortest_paths import ShortestPaths
+
+ODOM_STEPS, SCAN_STEPS = 3, 5
+"""Steps of the world (20 ms) between two messages: odometry at 17 Hz, scans at 10 Hz."""
+
+Errors = Iterator[tuple[float, float, float]]
+"""Driven distance [m] and errors of localization [m, rad] at each scan."""
+
+
+class LocalizationScene:
+    """A robot at a random pose of a map.
+
+    Parameters
+    ----------
+    grid : GridMap
+    parameters : dict
+        Parameters of amcl.
+    rng : numpy.random.Generator
+        Random source of the start, the route and the people.
+    told : bool
+        Whether localization gets the initial pose.
+
+    Attributes
+    ----------
+    localizer : Localizer
+    """
+
+    def __init__(self, grid: GridMap, parameters: dict[str, Any], rng: np.random.Generator, *, told: bool) -> None:
+        self._rng = rng
+        self._route = Route(grid, rng)
+        start = self._route.anywhere()
+        self._world = CrowdedWorld(grid, int(rng.integers(1 << 30)))
+        self._robot = self._world.add_robot(start)
+        self.localizer = Localizer(build_layers(grid), start if told else self._route.anywhere(), parameters)
+        self._route.begin(start)
+        if not told:
+            self.localizer.look_everywhere()
+
+    @property
+    def way(self) -> float:
+        """Driven distance [m]."""
+        return self._robot.base.travelled
+
+    def drive(self, metres: float) -> Errors:
+        """Drive a distance [m]; yield the errors at each scan."""
+        end = self.way + metres
+        return self._errors(self._route.steer, lambda: self.way >= end)
+
+    def jam(self, people: int, seconds: float) -> Errors:
+        """Crowd the robot with people for a time [s]; yield the errors at each scan."""
+        world, rng = self._world, self._rng
+        world.crowd = Crowd(self._robot, ShortestPaths(world.grid, world.pedestrian_model.clearance, rng), people, rng)
+        end = world.time() + seconds
+        yield from self._errors(Inching(self._route, world, rng).steer, lambda: world.time() >= end)
+        world.crowd = None
+
+    def stand(self, seconds: float) -> Errors:
+        """Leave the robot where it is for a time [s]; yield the errors at each scan."""
+        end = self._world.time() + seconds
+        return self._errors(lambda _: Twist(), lambda: self._world.time() >= end)
+
+    def creep(self, seconds: float) -> Errors:
+        """Drive very slowly for a time [s]; yield the errors at each scan."""
+        end = self._world.time() + seconds
+        return self._errors(self._route.creep, lambda: self._world.time() >= end)
+
+    def carry_off(self) -> None:
+        """Kidnap the robot: move it to a random pose without odometry."""
+        there = self._route.anywhere()
+        self._robot.base.carry_to(there)
+        self._route.begin(there)
+
+    def _errors(self, steer: Callable[[Pose2D], Twist], ended: Callable[[], bool]) -> Errors:
+        world, robot = self._world, self._robot
+        while not ended():
+            if world.steps % ODOM_STEPS == 0 or world.steps % SCAN_STEPS == 0:
+                self.localizer.odometry(robot.odometry())
+            if world.steps % SCAN_STEPS == 0:
+                true = robot.base.pose
+                robot.command(steer(true))
+                told = self.localizer.scan(robot.scan())
+                if told is not None:
+                    yield self.way, told.distance_to(true), abs(wrap_angle(told.theta - true.theta))
+            world.step()
+
 
 LOST, LOST_TURN = 0.5, math.radians(20.0)
 """Errors of the estimate above which a robot is lost [m, rad]."""
@@ -150,3 +242,37 @@ def _judge(job: LocalizationJob, rows: NDArray[np.float64], begin: float, second
         job.run, float(error.mean()), float(turn.mean()), float(error.max()), float(turn.max()), lost, found,
         float(way[-1]), seconds,
     )  # fmt: skip
+
+
+# -- all runs of the localization bench, in parallel processes, and their summary --------------------------------------
+
+WITHIN = 10.0
+"""Distance within which a robot should be found [m]."""
+
+
+def measure(jobs: Sequence[LocalizationJob], processes: int, done: Callable[[], None]) -> list[LocalizationResult]:
+    """Simulate all runs; return the results in the order of the jobs. ``done`` is called after each run."""
+    return run_all(drive, jobs, processes, done)
+
+
+def summary(results: Sequence[LocalizationResult]) -> dict[str, Any]:
+    """Return the summary of all runs; errors are those of runs that were not lost, and null if all were."""
+    held = [result for result in results if not result.lost]
+    ways = [result.found for result in results]
+    found = [way for way in ways if way is not None]
+    return {
+        "runs": len(results),
+        "metres": round(sum(result.metres for result in results), 1),
+        "error_cm": _mean([100.0 * result.error for result in held]),
+        "error_deg": _mean([math.degrees(result.turn_error) for result in held]),
+        "worst_cm": round(100.0 * max((result.worst for result in held), default=0.0), 1) if held else None,
+        "worst_deg": round(math.degrees(max(result.worst_turn for result in held)), 1) if held else None,
+        "lost": sum(result.lost for result in results),
+        "found_within_10_m": round(sum(way <= WITHIN for way in found) / len(results), 3),
+        "median_found_m": round(float(np.median(found)), 2) if found else None,
+        "update_ms": _mean([1e3 * result.update for result in results]),
+    }
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return round(float(np.mean(values)), 3) if values else None

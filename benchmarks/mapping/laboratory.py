@@ -101,7 +101,6 @@ def _front(left: float, right: float, door: float, depth: float) -> Segments:
 
 
 def _furniture(left: float, right: float, depth: float, random: np.random.Generator) -> Segments:
-    """Return boxes at the back of a room."""
     boxes = [
         box(
             random.uniform(left + 0.4, right - 0.4), random.uniform(0.8, 0.95) * depth, random.uniform(0.3, 1.0),

@@ -75,14 +75,12 @@ def _wall_with_doors(y: float, out: float) -> Segments:
 
 
 def _rooms(y: float, out: float) -> Segments:
-    """Return the walls between and behind the rooms."""
     back = y + out * ROOM
     sides = [(ROOM * room, y, ROOM * room, back) for room in range(ROOMS + 1)]
     return np.array([*sides, (0.0, back, LENGTH, back)])
 
 
 def _furniture(y: float, random: np.random.Generator) -> Segments:
-    """Return boxes at the back of the rooms."""
     boxes = [
         box(
             ROOM * room + random.uniform(0.5, ROOM - 0.5), y + random.uniform(-0.4, 0.4), random.uniform(0.3, 1.4),

@@ -13,8 +13,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.people.options import PeopleOptions
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -174,7 +173,6 @@ async def _measure_all(options: PeopleOptions) -> dict[Case, Traffic]:
 
 
 async def _measure(target: Target, proxy: CountingProxy, url: str, case: Case, options: PeopleOptions) -> Traffic:
-    """Return the traffic of a robot with some people around it."""
     world = _world(options.seed, camera=case.images)
     body, name = world.robots[0], f"{PART}-{CASES.index(case)}"
     pose = (body.base.pose.x, body.base.pose.y, body.base.pose.theta)
@@ -232,7 +230,6 @@ class _Homes:
 
 
 def _world(seed: int, *, camera: bool) -> World:
-    """Return an office with a robot and people who walk."""
     grid, rng = office(seed, 14.0, 11.0), np.random.default_rng(seed)
     world = World(grid, seed, bodies=True)
     world.pedestrian_model = WALKERS

@@ -1,6 +1,7 @@
-"""Part ``coordination``: all runs, in several processes, and their figures with bars."""
+"""Parts ``coordination`` and ``faults``: all runs, in several processes, and runs with bad input, with bars."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -9,12 +10,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from benchmarks.harness.figures import Figure
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.harness.parts import PartResult
 from benchmarks.people.options import PeopleOptions
-from benchmarks.people.runs import results_file
-from benchmarks.people.runs.job import PeopleJob, PeopleResult
+from benchmarks.people.runs.faults import MIRRORS, REPORT_FAULTS
+from benchmarks.people.runs.job import PeopleJob, PeopleResult, append_result, check_results, key_of, read_results
 from benchmarks.people.runs.run import run
 
 PART = "coordination"
@@ -50,18 +50,18 @@ def results_of(jobs: Sequence[PeopleJob], processes: int, keep: Path | None, don
     """Return the results of runs, in the order of the jobs; those that a file contains are not repeated."""
     if keep is None:
         return run_all(run, jobs, processes, done)
-    known = results_file.read(keep)
-    results_file.check(keep)
-    left = [job for job in jobs if results_file.key(job) not in known]
+    known = read_results(keep)
+    check_results(keep)
+    left = [job for job in jobs if key_of(job) not in known]
     for _ in range(len(jobs) - len(left)):
         done()
     run_all(partial(_run_and_keep, keep), left, processes, done)
-    known = results_file.read(keep)
-    return [known[results_file.key(job)] for job in jobs]
+    known = read_results(keep)
+    return [known[key_of(job)] for job in jobs]
 
 
 def _run_and_keep(path: Path, job: PeopleJob) -> None:
-    results_file.append(path, job, run(job))
+    append_result(path, job, run(job))
 
 
 # -- figures -----------------------------------------------------------------------------------------------------------
@@ -136,3 +136,50 @@ def _row(results: Results) -> dict[str, str]:
         "cycle p99": f"{1e3 * max(result.cycle_p99 for result in results):.1f} ms",
         "× real time": f"{sum(r.simulated for r in results) / max(sum(r.taken for r in results), 1e-9):.1f}",
     }  # fmt: skip
+
+
+# -- bad input of one robot or of the place, and its effect on the group -----------------------------------------------
+
+FAULTS = "faults"
+
+FAULTY_ROBOTS, FAULTY_PEOPLE, CROWD = 4, 8, 40
+"""Numbers of robots and people of the runs, and of people in a crowd."""
+FAULTY_MINUTES, QUICK_FAULTY_MINUTES = 2.0, 0.5
+"""Simulated time of each run, and of each quick one [min]."""
+CROWDED = "crowd"
+
+
+def measure_faults(options: PeopleOptions, done: Callable[[], None]) -> PartResult:
+    """Return the figures of a run with each fault, beside one without, by the rule of the paper.
+
+    Parameters
+    ----------
+    options : PeopleOptions
+        The map, the detections and the size of images are those of its first job.
+    done : callable
+        Called after each run.
+    """
+    results = results_of(faulty_jobs(options), options.processes, options.keep, done)
+    figures = [figure for result in results for figure in _fault_figures(result)]
+    return PartResult(figures, rows_of(results), msgspec.to_builtins(results))
+
+
+def faulty_jobs(options: PeopleOptions) -> Sequence[PeopleJob]:
+    """Return the runs."""
+    minutes = QUICK_FAULTY_MINUTES if options.quick else FAULTY_MINUTES
+    sound = replace(
+        options.jobs[0], robots=FAULTY_ROBOTS, people=FAULTY_PEOPLE, minutes=minutes, policy="paper", seed=options.seed
+    )
+    faulty = [replace(sound, fault=fault) for fault in (*REPORT_FAULTS, MIRRORS)]
+    return [sound, *faulty, replace(sound, people=CROWD, fault=CROWDED)]
+
+
+def _fault_figures(result: PeopleResult) -> list[Figure]:
+    """Return the figures of a run; that without a fault is the baseline."""
+    name, sound = result.fault or "no fault", not result.fault
+    note = f"{result.seen:.1f} in view, mean error {result.count_error_mean:.2f}"
+    return [
+        Figure(FAULTS, f"{name}: count exact", result.count_exact, "", limit=None if sound else EXACT,
+               floor=True, yardstick=sound, note=note),
+        Figure(FAULTS, f"{name}: flaps", result.flaps, "", limit=None if sound else 0.0, yardstick=sound),
+    ]  # fmt: skip

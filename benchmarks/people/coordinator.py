@@ -7,8 +7,7 @@ from time import thread_time
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.people.options import PeopleOptions
 from benchmarks.people.report_world import AROUND, VIEW, ReportingRobot, ReportWorld
 from ppaas.costmap.build_layers import build_layers

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness.figures import Figure, median_of
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult, median_of
 from benchmarks.people.options import PeopleOptions
 from benchmarks.people.torso.recorded import recorded_images
 from benchmarks.people.torso.scenes import scenes

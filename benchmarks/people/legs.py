@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.people.options import PeopleOptions
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
@@ -24,8 +23,7 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.people_coordination import SensorView
 from ppaas.perception.legs.detector import LegDetection, LegDetector, MapInFrame
 from ppaas.perception.legs.parameters import LegDetectorParameters
-from robots.demo.people_visibility import visible_shares
-from robots.demo.people_world import PeopleWorld, build_world, present
+from robots.demo.people_world import PeopleWorld, build_world, present, visible_shares
 from robots.sim.robot import SimulatedRobot
 
 Floats = NDArray[np.float64]
@@ -125,7 +123,6 @@ def _count(sample: Sample, counts: Counter[str]) -> list[float]:
 
 
 def _samples(stage: PeopleWorld, rng: np.random.Generator) -> Iterator[Sample]:
-    """Yield the scans of a robot that wanders."""
     world, detector = stage.world, LegDetector(LegDetectorParameters())
     robot, layers, turn = world.robots[0], build_layers(world.grid, robot_radius=0.18), 0.0
     every = round(PERIOD / world.dt)

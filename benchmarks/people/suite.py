@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 from rich.progress import Progress
 
+from benchmarks.harness.figures import PartResult
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.harness.parts import PartResult
 from benchmarks.people import bandwidth, coordinator, detector, legs
 from benchmarks.people.options import PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
@@ -49,20 +49,19 @@ def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> 
 
 
 def _number(name: str, options: PeopleOptions) -> int:
-    """Return the number of runs of a part."""
     if name == "faults":
-        from benchmarks.people import faults  # noqa: PLC0415 - see below
+        from benchmarks.people import coordination  # noqa: PLC0415 - see below
 
-        return len(faults.jobs_of(options))
+        return len(coordination.faulty_jobs(options))
     return len(options.jobs) if name in RUNS else 0
 
 
 def _measure(name: str, options: PeopleOptions, done: Callable[[], None]) -> PartResult:
     if name in RUNS:
         # Imported only here, so that the other parts load neither clones nor TrackEval.
-        from benchmarks.people import coordination, faults  # noqa: PLC0415
+        from benchmarks.people import coordination  # noqa: PLC0415
 
-        measure_runs = faults.measure if name == "faults" else coordination.measure
+        measure_runs = coordination.measure_faults if name == "faults" else coordination.measure
         return measure_runs(options, done)
     (result,) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
     return result

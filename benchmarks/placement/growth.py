@@ -13,8 +13,7 @@ import msgspec
 
 from benchmarks.harness.json_process import json_process
 from benchmarks.placement import growth_process
-from benchmarks.placement.simulated_cloud import Sizes
-from benchmarks.placement.timed_master import Cost
+from benchmarks.placement.simulated_cloud import Cost, Sizes
 from engine.processes.heartbeats import BEAT_PERIOD
 from ppaas.decoding import converted
 

@@ -18,7 +18,7 @@ from typing import Any
 import msgspec
 import uvloop
 
-from benchmarks.harness.json_lines import lines, tell
+from benchmarks.harness.json_process import lines, tell
 from benchmarks.placement.master_process import SECRET
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.protocols import control_link

@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 import uvloop
 
-from benchmarks.harness.json_lines import lines, tell
+from benchmarks.harness.json_process import lines, tell
 from benchmarks.placement.arrivals import RobotArrival, generated
 from engine.master.balancers.registry import BALANCERS
 from engine.master.master import Master

@@ -1,15 +1,19 @@
 """Suite of planner benches: all figures of planners in ``docs/performance.md``, measured in one run."""
 
+import os
+import platform
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from rich.progress import Progress
 
-from benchmarks.planners import compare, field, grids, index, machine, path_lengths, peers, scaling, scenario
+from benchmarks.planners import compare, field, grids, index, path_lengths, peers, scaling, scenario
 from benchmarks.planners.timing import cpus, within
+from ppaas import __version__
 from ppaas.errors import InvalidInput, InvalidPlanner, PlanTimeout
 from ppaas.maps.generate import warehouse
 from ppaas.planners import planner_names
@@ -82,7 +86,7 @@ def measure(options: PlannerSuiteOptions, progress: Progress) -> Iterator[tuple[
     """
     if options.data is not None and not options.data.is_dir():
         raise InvalidInput(f"--data must be a folder with real maps; {str(options.data)!r} is not a folder")
-    yield "machine", [machine.describe() | {"quick": options.quick}]
+    yield "machine", [describe() | {"quick": options.quick}]
     for name, part in PARTS.items():
         if not options.only or name in options.only:
             yield name, part(options, progress)
@@ -167,3 +171,21 @@ PARTS: dict[str, Callable[[PlannerSuiteOptions, Progress], Told]] = {
     "scenarios": _scenarios,
     "indexes": _indexes,
 }
+
+
+def describe() -> dict[str, Any]:
+    """Return the kind of processor, the number of usable CPUs, the load by other processes, and versions."""
+    from llvmlite import binding  # noqa: PLC0415 - only here, and not at the start of every command
+
+    features = binding.get_host_cpu_features()
+    return {
+        "processor": f"{platform.machine()} ({binding.get_host_cpu_name()})",
+        "avx512": bool(features.get("avx512f")),
+        "cpus": cpus(),
+        "load": os.getloadavg()[0],
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "numba": version("numba"),
+        "numpy": version("numpy"),
+        "ppaas": __version__,
+    }

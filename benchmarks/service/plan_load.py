@@ -21,7 +21,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.figures import Figure
-from benchmarks.harness.http_clients import Requests
+from benchmarks.harness.plan_calls import Requests
 from benchmarks.harness.process_usage import cpu_of, endpoint_of
 from benchmarks.service.plan_requests import echo
 from ppaas.clock import monotonic

@@ -1,4 +1,4 @@
-"""Startup times of the command and of a cloud."""
+"""Startup times of the command, of a cloud, and of a container until the clone's first message."""
 
 import asyncio
 import sys
@@ -6,11 +6,15 @@ import tempfile
 from collections.abc import Mapping
 
 from rich.progress import Progress
+from websockets.asyncio.client import connect
 
+from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
+from ppaas.maps.generate import warehouse
 from robots import cli
 from robots.demo.cloud_process import CloudProcess
+from robots.sim.courses import CoursePlanner
 
 PART = "startup"
 RUNS, QUICK = 10, 2
@@ -55,9 +59,41 @@ async def _up(environment: Mapping[str, str] | None = None) -> float:
 
 
 async def _first_up(progress: Progress) -> Figure:
-    """Start a cloud with an empty cache of kernels."""
     task = progress.add_task("ppaas up, kernels to be compiled", total=None)
     with tempfile.TemporaryDirectory() as cache:
         seconds = await _up({"NUMBA_CACHE_DIR": cache})
     progress.remove_task(task)
     return Figure(PART, "ppaas up, the first on a computer", round(seconds, 1), "s", note="compiles the kernels")
+
+
+# -- start of a container ----------------------------------------------------------------------------------------------
+
+CONTAINERS = "containers"
+CONTAINER_MAP = "bench-containers"
+OPENS, QUICK_OPENS = 20, 5
+
+CONTAINER_LIMIT_MS = 100.0
+
+FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
+"""Subscription to a latched topic, which the clone answers at once."""
+
+
+async def measure_containers(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+    """Open robots one after the other; the first is a warm-up, as the map is new to the machine."""
+    grid = warehouse(seed=1)
+    start = CoursePlanner(grid, 1).choose(1, 1)[0].start
+    await target.publish(CONTAINER_MAP, grid)
+    ready = []
+    for number in progress.track(range((QUICK_OPENS if quick else OPENS) + 1), description="opening robots"):
+        url = await target.register(f"bench-open-{number}", CONTAINER_MAP, start)
+        ready.append(await _open(url))
+    note = "from opening the socket to the first message of the clone"
+    return [median_of(CONTAINERS, "container ready", ready[1:], limit=CONTAINER_LIMIT_MS, note=note)]
+
+
+async def _open(url: str) -> float:
+    began = monotonic()
+    async with connect(url, max_size=None) as socket:
+        await socket.send(FIRST_MESSAGE)
+        await socket.recv()
+        return monotonic() - began

@@ -7,30 +7,19 @@ from dataclasses import dataclass
 from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartSelection
-from benchmarks.service import (
-    containers,
-    dashboard,
-    first_use,
-    fleet,
-    map_publishing,
-    map_push,
-    plan_load,
-    plan_requests,
-    startup,
-)
+from benchmarks.harness.figures import Figure, PartSelection
+from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
     plan_requests.PART: plan_requests.measure,
     plan_load.PART: plan_load.measure,
-    map_publishing.PART: map_publishing.measure,
-    containers.PART: containers.measure,
+    map_transfer.MAPS: map_transfer.measure_publishing,
+    startup.CONTAINERS: startup.measure_containers,
     dashboard.PART: dashboard.measure,
     fleet.PART: fleet.measure,
-    map_push.PART: map_push.measure,
+    map_transfer.PUSH: map_transfer.measure_push,
 }
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 

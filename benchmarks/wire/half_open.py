@@ -10,9 +10,8 @@ from urllib.parse import urlsplit
 import msgspec
 from rich.progress import Progress
 
-from benchmarks.engine.samples import median_and_p99
 from benchmarks.engine.site import EngineSite
-from benchmarks.harness.figures import Figure
+from benchmarks.harness.figures import Figure, median_and_p99
 from benchmarks.wire.site import Endpoints
 from endpoints.http.connection_table import raise_file_limit
 from ppaas.errors import PPaaSError

@@ -8,9 +8,8 @@ import numpy as np
 from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection
 
-from benchmarks.engine.samples import median_and_p99
 from benchmarks.engine.site import EngineSite
-from benchmarks.harness.figures import Figure
+from benchmarks.harness.figures import Figure, median_and_p99
 from benchmarks.service.plan_requests import echo
 from benchmarks.wire.site import opened, robots, scan_frame
 

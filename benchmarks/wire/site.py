@@ -10,9 +10,8 @@ import psutil
 from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.engine.driving_robot import grid_to_drive_on
-from benchmarks.engine.joined_hosts import LocalHosts
 from benchmarks.engine.options import EngineOptions
-from benchmarks.engine.site import EngineSite, cloud_on
+from benchmarks.engine.site import EngineSite, LocalHosts, cloud_on
 from benchmarks.harness.cloud_under_test import CORES
 from benchmarks.harness.process_usage import cpu_of, memory_of
 from engine.specs.machine_settings import MOST_OVERSUBSCRIPTION

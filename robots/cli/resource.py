@@ -8,7 +8,7 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from robots.cli.output import show
 from robots.cli.session import logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
-"""URL of a cloud, for the REST client, the WebSocket client and the commands."""
+"""URL of a cloud, for the REST client, the WebSocket client and the commands, and paths of its REST service."""
 
 from dataclasses import dataclass
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 from ppaas.errors import InvalidInput, NotAuthenticated
 
@@ -79,3 +79,8 @@ def check_redirect(url: str, status: int, location: str | None) -> None:
     if 300 <= status < 400:
         known = f" to {location.partition('?')[0]!a}" if location else ""
         raise InvalidInput(f"{url.partition('?')[0]} redirects{known}: give the URL of the cloud itself, perhaps https")
+
+
+def path_of(*parts: str) -> str:
+    """Return the path of a resource, such as ``/v1/maps/office``. The cloud, not this function, checks the names."""
+    return "/v1/" + "/".join(quote(part, safe="", errors="surrogateescape") for part in parts)

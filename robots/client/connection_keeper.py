@@ -158,7 +158,7 @@ class ConnectionKeeper:
         return await open_socket(self._address.at(point), self._address.headers, self._link)
 
     def _was_stable(self) -> bool:
-        since, self._since = self._since, math.inf
+        since, self._since = self._since, math.inf  # counted once: an attempt that fails next is not stable
         return monotonic() - since > STABLE_AFTER
 
     async def _exchange_frames(self, socket: ClientConnection) -> None:

@@ -19,7 +19,7 @@ from ppaas.messages.explore_msgs import (
     ExploreGoal,
     ExploreResult,
 )
-from robots.client.goal_tracker import TrackedGoal
+from robots.client.move_base import TrackedGoal
 from robots.client.robot_client import RobotClient
 
 ANSWER_TIMEOUT = 15.0

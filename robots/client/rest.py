@@ -17,11 +17,9 @@ from ppaas.clock import monotonic
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, Starting, Unavailable
 from ppaas.wire.refusals import error_of_status, untrusted
-from robots.client.cloud_url import CloudUrl, bearer, check_redirect
-from robots.client.early_answer import exchange
-from robots.client.multipart_form import BLOCK, Content, Form
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import CloudUrl, bearer, check_redirect, path_of
 from robots.client.robot_file import RobotFile
+from robots.client.uploads import BLOCK, Content, Form, exchange
 
 logger = logging.getLogger(__name__)
 

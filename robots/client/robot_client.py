@@ -14,7 +14,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Protocol, Self, TypeVar
 from uuid import uuid4
 
 import msgspec
@@ -24,13 +24,24 @@ from ppaas.messages import Message, ServiceType
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CallService
 from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport
-from robots.client.advertised_services import AdvertisedServices, Handler
 from robots.client.connection import Address, ConnectionOptions, Role, backoff
 from robots.client.connection_keeper import ConnectionKeeper
-from robots.client.nearby_nodes import NearbyNodes
 from robots.client.send_queue import SUBSCRIPTION, SendQueue
-from robots.client.service_calls import ServiceCalls
+from robots.client.services import AdvertisedServices, Handler, ServiceCalls
 from robots.client.subscription import SubscriptionRegistry, TopicSubscription
+
+
+class NearbyNodes(Protocol):
+    """Local nodes that exchange messages with a client directly, without the cloud."""
+
+    def published(self, topic: str, message: Message) -> bool:
+        """Process a message that the client publishes; return whether it must go to the cloud as well."""
+        ...
+
+    def owns(self, topic: str) -> bool:
+        """Return whether these nodes are the only publishers of a topic; the client then ignores the cloud's copies."""
+        ...
+
 
 logger = logging.getLogger(__name__)
 

@@ -48,6 +48,7 @@ class SendQueue:
 
     def _notify(self) -> None:
         """Wake all waiting tasks; each checks its condition again."""
+        # Replaced instead of cleared: all that wait wake, even if one of them changes the queue before the others run.
         self._changed.set()
         self._changed = asyncio.Event()
 
@@ -84,7 +85,7 @@ class SendQueue:
         The frame is dropped if the queue is full of other frames. ``dropped`` counts replaced and dropped frames.
         """
         for entry in self._entries:
-            if entry.newest_of == key and entry is not self._sending:
+            if entry.newest_of == key and entry is not self._sending:  # which may be on the wire already
                 entry.frame = frame
                 self.dropped += 1
                 return
@@ -125,7 +126,7 @@ class SendQueue:
         if self._entries and self._entries[0] is self._sending:
             self._entries.popleft()
             self._count += 1
-            if self._sending.newest_of is None:
+            if self._sending.newest_of is None:  # of a stream, the next frame makes up for a lost one
                 self._remembered.append((self._count, self._sending))
         self._sending = None
         self._notify()

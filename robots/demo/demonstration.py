@@ -1,10 +1,15 @@
-"""The demo of driving: a map, simulated robots with goals, and a scorer."""
+"""The demo of driving: a map, simulated robots with goals, a scorer, and the progress on a terminal."""
 
 import asyncio
 import contextlib
 import signal
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
+
+from rich.console import Console
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
 
 from ppaas.clock import monotonic
 from ppaas.maps.formats.map_files import save_map
@@ -14,12 +19,46 @@ from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
 from robots.demo.mission import Mission
 from robots.demo.options import CORES, CloudAccess, DemoOptions, no_lines
-from robots.demo.progress_view import show
 from robots.demo.report import DemoReport
+from robots.demo.scorer import Scorer
 from robots.sim.courses import CoursePlanner, GoalRules
 from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
+
+PERIOD = 0.25
+"""Time between two updates of the display [s]."""
+
+
+def progress_table(missions: list[Mission]) -> Table:
+    """Return a table with a row per robot: its goal, the distance to it, and its contacts."""
+    table = Table(title="PPaaS demo", title_justify="left")
+    for heading in ("robot", "goal", "to go (m)", "travelled (m)", "contacts", "state"):
+        table.add_column(heading, justify="left" if heading in ("robot", "state") else "right")
+    for mission in missions:
+        scorer, progress = Scorer(mission.world), mission.progress
+        left = f"{scorer.error(mission.index, progress.target):.2f}" if progress.target else "-"
+        table.add_row(
+            mission.robot,
+            f"{progress.goal}/{progress.goals}" if progress.goal <= progress.goals else str(progress.goal),
+            left,
+            f"{scorer.distance(mission.index):.1f}",
+            str(scorer.collisions(mission.index)),
+            escape(progress.state),
+        )
+    return table
+
+
+async def show(missions: list[Mission], console: Console) -> None:
+    """Show a live table on the terminal until cancelled."""
+    with Live(progress_table(missions), console=console, auto_refresh=False) as live:
+        try:
+            while True:
+                live.update(progress_table(missions), refresh=True)
+                await asyncio.sleep(PERIOD)
+        finally:
+            live.update(progress_table(missions), refresh=True)
+
 
 RULES = GoalRules(shortest=0.2, preferred=0.25)
 """Goals near enough that a robot reaches two in half a minute, in the warehouse."""
@@ -92,7 +131,6 @@ async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None
 
 @contextlib.asynccontextmanager
 async def _simulated(stage: Stage, options: DemoOptions) -> AsyncIterator[None]:
-    """Run the simulation and the progress display during the block."""
     tasks = [asyncio.create_task(Simulator(stage.world).run())]
     if options.console is not None:
         tasks.append(asyncio.create_task(show(stage.missions, options.console)))

@@ -15,16 +15,15 @@ from ppaas.maps.grid import GridMap
 from ppaas.maps.new_map import NEW
 from ppaas.messages.actionlib_msgs import Status
 from robots.cli.explore_progress import ExploreProgress
+from robots.client.cloud_url import path_of
 from robots.client.explore import ExploreClient, ExploreOutcome
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
-from robots.demo.map_score import wrong_cells
 from robots.demo.mission import Mission
 from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
 from robots.demo.report import ExplorationReport, RobotReport
-from robots.demo.scorer import Scorer
+from robots.demo.scorer import Scorer, wrong_cells
 from robots.sim.courses import Course, CoursePlanner
 from robots.sim.driver import Driver
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
@@ -176,7 +175,6 @@ async def _published(rest: RestClient, map_id: str) -> GridMap:
 
 
 async def _drive(rest: RestClient, access: CloudAccess, stage: ExplorationStage, options: DemoOptions) -> Mission:
-    """Let the second robot drive to its goals on the published map."""
     world = World(stage.grid, options.seed + 1)
     world.add_robot(stage.course.start, SimulatedRobotModel())
     mission = Mission(world, 0, FOLLOWER, stage.course, options.write)

@@ -24,8 +24,7 @@ from robots.demo.demonstration import on_interrupt
 from robots.demo.exploration import background
 from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
 from robots.demo.people_patrol import Patrol
-from robots.demo.people_report import PeopleDemoReport
-from robots.demo.people_score import PeopleScore
+from robots.demo.people_score import PeopleDemoReport, PeopleScore
 from robots.demo.people_truth import TruthRecorder
 from robots.demo.people_world import PeopleWorld, build_world
 from robots.onboard.computer import this_computer
@@ -214,7 +213,6 @@ async def wait_for_robots(stage: PeopleStage) -> None:
 
 
 async def _next(stage: PeopleStage) -> PeopleState:
-    """Return the next state of the coordinator."""
     stage.changed.clear()
     await stage.changed.wait()
     assert stage.state is not None

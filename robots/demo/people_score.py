@@ -1,4 +1,4 @@
-"""Score of a group of robots that count and follow people, from the truth of the simulation.
+"""Score and report of a group of robots that count and follow people, from the truth of the simulation.
 
 A person is *in view* if half of the torso or more has been in the view of the same or different robots without a break
 for ``LAG``: the time that an image, a detection, a report and a cycle of the coordinator take together. A person of
@@ -15,7 +15,38 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from ppaas.messages.people_coordination import SEEN, PeopleState
-from robots.demo.people_handovers import Handovers
+
+FLAP = 5.0
+"""Time within which a handover that is reverted is a flap [s]."""
+
+
+class Handovers:
+    """Counts handovers: a person whom one robot followed is followed by another.
+
+    Attributes
+    ----------
+    number : int
+        Number of handovers.
+    flaps : int
+        Number of handovers that reverted another within `FLAP`.
+    """
+
+    def __init__(self) -> None:
+        self.number = self.flaps = 0
+        self._robot: dict[int, str] = {}
+        self._left: dict[tuple[int, str], float] = {}
+
+    def take(self, time: float, person: int, robot: str) -> bool:
+        """Note that a robot follows a person at a time [s]; return whether it took over from another robot."""
+        before = self._robot.get(person, robot)
+        self._robot[person] = robot
+        if before == robot:
+            return False
+        self.number += 1
+        self.flaps += time - self._left.get((person, robot), float("-inf")) <= FLAP
+        self._left[person, before] = time
+        return True
+
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -222,3 +253,54 @@ class PeopleScore:
 
 def _mean(values: list[int] | list[bool], empty: float = 0.0) -> float:
     return round(float(np.mean(values)), 4) if values else empty
+
+
+# -- report of the demo of people --------------------------------------------------------------------------------------
+
+KEYS = (
+    "count_error_mean", "count_exact", "identity_switches", "followed_fraction", "handovers", "flaps", "contacts",
+)  # fmt: skip
+"""Figures of the JSON object, in order."""
+
+
+class PeopleDemoReport(msgspec.Struct):
+    """Report of a demo in which robots count and follow people.
+
+    Parameters
+    ----------
+    map : str
+        Id of the map.
+    seconds : float
+        Time that was scored [s].
+    robots, people : int
+        Numbers of robots and people.
+    figures : PeopleFigures
+    """
+
+    map: str
+    seconds: float
+    robots: int
+    people: int
+    figures: PeopleFigures
+
+    @property
+    def passed(self) -> bool:
+        """Whether somebody was seen and followed, without a contact, and no handover was reverted soon."""
+        figures = self.figures
+        return figures.seen > 0.0 and figures.followed_fraction > 0.0 and not figures.contacts and not figures.flaps
+
+    def to_json(self) -> str:
+        """Return the figures as one line of JSON."""
+        return msgspec.json.encode({key: getattr(self.figures, key) for key in KEYS}).decode()
+
+    def lines(self) -> list[str]:
+        """Return the report for people."""
+        figures = self.figures
+        return [
+            f"{self.robots} robots and {self.people} people, {figures.seen:.1f} of them in view on average",
+            f"the count was exact {100 * figures.count_exact:.1f} % of the time, and {figures.count_error_mean:.2f} "
+            f"off on average; {figures.identity_switches} identity switches",
+            f"a robot was near the person followed {100 * figures.followed_fraction:.1f} % of the time; "
+            f"{figures.handovers} handovers, {figures.flaps} of them reverted within 5 s; {figures.contacts} contacts",
+            f"{'passed' if self.passed else 'failed'} after {self.seconds:.0f} s on map {self.map!r}",
+        ]

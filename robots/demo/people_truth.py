@@ -8,8 +8,7 @@ import numpy as np
 from ppaas.messages.people_coordination import SensorView
 from robots.demo.contact_referee import Referee
 from robots.demo.people_score import Truth
-from robots.demo.people_visibility import visible_shares
-from robots.demo.people_world import PeopleWorld, present
+from robots.demo.people_world import PeopleWorld, present, visible_shares
 
 RATE = 10.0
 """Rate of the true states that are kept [Hz]."""

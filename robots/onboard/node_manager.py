@@ -28,11 +28,10 @@ from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK, Z
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
+from robots.onboard.node_bridge import NodeServices, TopicBridge
 from robots.onboard.node_leases import NodeLease, NodeLeases, log_change
 from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
 from robots.onboard.node_process import NodeProcess
-from robots.onboard.node_services import NodeServices
-from robots.onboard.topic_bridge import TopicBridge
 
 logger = logging.getLogger(__name__)
 

@@ -1,15 +1,18 @@
-"""Line charts of measurements, drawn by matplotlib (extra ``plot``)."""
+"""Line charts of measurements, such as an evaluation of planners, drawn by matplotlib (extra ``plot``)."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ppaas.errors import InvalidInput
 from robots.pictures.figure_file import write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis as MatplotlibAxis
     from matplotlib.figure import Figure
+
 
 SIZE = 9.0, 5.6
 """Width and height of a chart [inches, at 100 pixels each]."""
@@ -115,3 +118,39 @@ def _set_ticks(drawn: "MatplotlibAxis", axis: Axis) -> None:
         drawn.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     drawn.set_minor_locator(NullLocator())
     drawn.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+
+
+# -- chart of an evaluation of planners --------------------------------------------------------------------------------
+
+
+def write_evaluation(path: Path, evaluation: Mapping[str, Any]) -> None:
+    """Draw an evaluation, in the JSON of the REST service, and write the chart to a PNG file.
+
+    Raises
+    ------
+    InvalidInput
+        No path has been computed on the map yet, or the file cannot be written.
+    """
+    lines = [line for line in map(_line, evaluation["planners"]) if line.points]
+    if not lines:
+        raise InvalidInput(f"no path was computed on map {evaluation['map']!r} yet, so there is nothing to draw")
+    title = f"{evaluation['map']}: computing time of the planners"
+    x = Axis("cells between start and goal", logarithmic=True)
+    write_chart(path, title, lines, x, Axis("typical time to compute [ms]", logarithmic=True))
+
+
+def _line(planner: Mapping[str, Any]) -> Line:
+    points = [
+        (_geometric_mean(*each["cells"]), each["typical_seconds"] * 1e3)
+        for each in planner["complexities"]
+        if each["typical_seconds"]
+    ]
+    return Line(f"{planner['planner']}, {planner['queries']} queries{_reuse_rate(planner)}", points)
+
+
+def _reuse_rate(planner: Mapping[str, Any]) -> str:
+    return f", {planner['reuse_rate']:.0%} reused" if planner["reuse_rate"] else ""
+
+
+def _geometric_mean(first: float, last: float) -> float:
+    return math.sqrt(max(first, 0.5) * last)

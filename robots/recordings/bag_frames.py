@@ -100,7 +100,6 @@ class BagFrames:
         return self._unnamed
 
     def _above_all(self) -> list[str]:
-        """Return the frames that have no parent."""
         return sorted({above.parent for above in self._above.values()} - self._above.keys())
 
     def join(self) -> None:
@@ -129,7 +128,6 @@ class BagFrames:
             self._wrong.append(error)
 
     def _note(self, transform: TransformStamped, pose: Rigid) -> None:
-        """Note the parent of a frame, and whether the frame moves in it."""
         parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
         known = self._above.get(child)
         if known is None or known.parent != parent:

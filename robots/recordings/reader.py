@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from robots.recordings.bags.files import has_bag_name
+from robots.recordings.files import has_bag_name
 from robots.recordings.recording import RecordedFrames, Recording
 
 
 def is_bag(path: Path) -> bool:
     """Return whether a path is a ROS bag: a folder, or a file by its name or its first bytes."""
-    from robots.recordings.bags.bag import is_bag_file  # noqa: PLC0415 - logs need fewer packages
+    from robots.recordings.bag import is_bag_file  # noqa: PLC0415 - logs need fewer packages
 
     return path.is_dir() or has_bag_name(path) or is_bag_file(path)
 
@@ -25,6 +25,6 @@ def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recordin
         from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
 
         return read_bag(path, frames or RecordedFrames())
-    from robots.recordings.carmen_logs import read_log  # noqa: PLC0415
+    from robots.recordings.text_logs import read_log  # noqa: PLC0415
 
     return read_log(path)

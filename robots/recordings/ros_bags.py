@@ -13,11 +13,11 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
+from robots.recordings.bag import ROS_ENCODINGS, Bag
+from robots.recordings.bag import messages as in_words
 from robots.recordings.bag_frames import BagFrames
+from robots.recordings.bag_objects import BagObjects, full_type
 from robots.recordings.bag_times import BagMessage, of_one_clock, with_recorded_times, with_stamps
-from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
-from robots.recordings.bags.bag import messages as in_words
-from robots.recordings.bags.objects import BagObjects, full_type
 from robots.recordings.recording import Look, RecordedFrames, Recording
 
 SCAN, ECHOES, ODOMETRY = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan", "nav_msgs/msg/Odometry"

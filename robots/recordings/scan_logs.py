@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.scan_log import LoggedScan, ScanLog, joined
-from robots.recordings.log_lines import LogLines, LogScan, read_lines
 from robots.recordings.reader import is_bag
 from robots.recordings.recording import Look, RecordedFrames
+from robots.recordings.text_logs import LogLines, LogScan, read_lines
 
 LogFormat = Literal["carmen", "flirt", "bag"]
 FORMATS: tuple[LogFormat, ...] = get_args(LogFormat)

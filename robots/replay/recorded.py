@@ -24,7 +24,7 @@ from ppaas.recording.reader import McapDecoder
 from ppaas.recording.reader import Message as McapMessage
 from ppaas.recording.writer import DIRECTION, DOWN, ROBOT_FILE
 from robots.client.robot_file import RobotFile
-from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
+from robots.recordings.bag import ROS_ENCODINGS, Bag
 from robots.replay.outcomes import COMPARED, Outcomes
 
 INPUTS = frozenset(

@@ -121,7 +121,6 @@ class Driver:
         await run_together(self._measure(), self._photograph(self._robot.model.camera))
 
     async def _measure(self) -> None:
-        """Publish the odometry and the scans."""
         start = self._clock()
         odom, scan = Schedule(self._rates.odom, start), Schedule(self._rates.scan, start)
         while True:
@@ -134,7 +133,6 @@ class Driver:
             await asyncio.sleep(max(min(odom.next, scan.next) - self._clock(), 0.0))
 
     async def _photograph(self, camera: DepthCameraModel) -> None:
-        """Publish the mount of the camera, then depth images."""
         await self._client.publish(TF_STATIC.name, camera.transforms(self._robot.model.base_frame))
         due = Schedule(self._rates.depth, self._clock())
         while True:

@@ -20,7 +20,7 @@ from storage.ports import Store
 from storage.records import PlanRecord
 from storage.sqlite.store import SqliteStore
 from storage.versions import without_poses
-from tests.reference.plans import plan_chunks
+from tests.reference.plans import plan_bytes
 from tests.support.budget import examples
 from tests.support.storage.records import plan
 
@@ -110,7 +110,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
             without_poses(record)
             for record in self.plain.values()
             if record.version == version
-            and plan_chunks.near(record.start[:2], record.goal[:2], (x + off, y), to, tolerance)
+            and plan_bytes.near(record.start[:2], record.goal[:2], (x + off, y), to, tolerance)
         ]
         near.sort(key=lambda record: (record.length, record.id))
         self.each(lambda store: store.find_plans(PlanStoreQuery("house", version, (x + off, y), to, tolerance)), near)
@@ -124,7 +124,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
             for passes in store.plans_through(PlanStoreQuery("house", version, first, last, 0.1)):
                 points = np.frombuffer(self.plain[passes.head.id].poses).reshape(-1, 7)[:, :2]
                 assert passes.head == without_poses(self.plain[passes.head.id])
-                assert plan_chunks.near(points[passes.first], points[passes.last], first, last, 0.1)
+                assert plan_bytes.near(points[passes.first], points[passes.last], first, last, 0.1)
                 assert passes.first < passes.last
 
     @invariant()

@@ -43,7 +43,7 @@ from ppaas.wire.foxglove.requests import MAX_LISTED, MAX_TEXT
 from ppaas.wire.rapyuta import message_codec, part_assembler, requests
 from ppaas.wire.ros import rmw_zenoh, ros1_master, tcpros, types
 from ppaas.zones import zone
-from robots.bridges.ros1 import http, move_base, peer, publication
+from robots.bridges.ros1 import connections, http, move_base
 from robots.bridges.ros1 import node as ros1_node
 from robots.bridges.zenoh import node
 from tests.support.documents import table, text_of
@@ -206,9 +206,9 @@ ROWS = {
     (
         "node of the bridge of ROS 1",
         "connections for data, for calls; subscribers of a topic, publishers, clients of a service",
-    ): [f"{ros1_node.MAX_PEERS}, {http.MAX_CONNECTIONS}; {publication.MAX_SUBSCRIBERS} each"],
+    ): [f"{ros1_node.MAX_PEERS}, {http.MAX_CONNECTIONS}; {connections.MAX_SUBSCRIBERS} each"],
     ("node of the bridge of ROS 1", "time for a header; time without a call"): [
-        f"{peer.HEADER_TIMEOUT:g} s; {http.IDLE_TIMEOUT:g} s"
+        f"{connections.HEADER_TIMEOUT:g} s; {http.IDLE_TIMEOUT:g} s"
     ],
     ("subscriber in ROS 1 that does not read", "messages that wait for it"): [f"at most {move_base.MAX_GOALS}"],
     ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],

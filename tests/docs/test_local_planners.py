@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.navigation.barn.jackal import NOISE
-from benchmarks.navigation.barn.suite import summary
+from benchmarks.navigation.barn.run import summary
 from benchmarks.navigation.goals import run
 from benchmarks.navigation.goals.clone import PLANNING
 from ppaas.clone.robot_body import VoxelLayerParameters, robot_heights

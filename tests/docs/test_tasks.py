@@ -14,7 +14,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
 from ppaas.tasks import assignment, dispatcher, records
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import driving

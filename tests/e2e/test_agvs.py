@@ -24,8 +24,8 @@ from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, ConnectionState
 from ppaas.wire.vda5050.topics import Address, Version
 from robots import cli
+from robots.client.cloud_url import path_of
 from robots.client.move_base import MoveBaseClient
-from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.vda5050.mosquitto import Mosquitto

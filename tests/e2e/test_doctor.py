@@ -11,7 +11,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from ppaas.maps.grid import GridMap
 from ppaas.messages import encode
-from robots.cli.doctor.examination import Examination
+from robots.cli.examination import Examination
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.world.diagnosed_robot import DiagnosedRobot

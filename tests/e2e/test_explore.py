@@ -11,7 +11,7 @@ from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
 from robots.cli.main import main
 from robots.client.robot_file import RobotFile
-from robots.demo.map_score import wrong_cells
+from robots.demo.scorer import wrong_cells
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.cloud.drive import driving
 from tests.support.waiting import until

@@ -10,7 +10,7 @@ import pytest
 from websockets.asyncio.client import connect
 
 from benchmarks.harness.plan_calls import compute_path_call
-from ppaas.errors import NotFound
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NotFound, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import OCCUPIED, GridMap
@@ -19,7 +19,7 @@ from ppaas.plans.history import MOST_BUCKETS, computed_row
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
 from storage.sqlite.store import SqliteStore
-from tests.support.cloud.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import driving
 from tests.support.world.places import free_pose, reachable_pose
 
@@ -132,3 +132,48 @@ async def test_planner_evaluation_requires_read_access_to_the_map(cloud: Running
     assert (await ann.get("/v1/maps/private-office/evaluation"))["planners"] == []
     with pytest.raises(NotFound):
         await bob.get("/v1/maps/private-office/evaluation")
+
+
+async def test_a_path_is_planned_in_another_process_than_the_web_server(
+    cloud: RunningCloud, office_map: GridMap
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=20)
+    goal = reachable_pose(office_map, start, seed=21, at_least=4.0)
+    plan = await rest.plan("office", start, goal)
+    assert plan["pid"] != cloud.pid
+    assert plan["pid"] in {child.pid for child in cloud.children()}
+    assert plan["length"] >= start.distance_to(goal)
+    assert plan["container"] in {c["id"] for c in await rest.items("/v1/containers") if c["kind"] == "planning"}
+    again = await rest.plan("office", start, goal)
+    assert again["pid"] == plan["pid"], "the same container plans again"
+
+
+async def test_parameters_of_a_request_change_the_path_and_its_id(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=20)
+    goal = reachable_pose(office_map, start, seed=21, at_least=4.0)
+    usual = await rest.plan("office", start, goal)
+    wide = await rest.plan("office", start, goal, parameters={"inflation_radius": 2.0, "cost_scaling_factor": 1.0})
+    assert wide["plan_id"] != usual["plan_id"]
+    assert wide["cost"] > usual["cost"]
+    assert wide["conditions"]["global_costmap"] == {"inflation_radius": 2.0, "cost_scaling_factor": 1.0}
+    with pytest.raises(InvalidInput, match="no parameter 'speed'; known: allow_unknown"):
+        await rest.plan("office", start, goal, parameters={"speed": 1})
+
+
+async def test_planning_errors_are_raised_by_their_type(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=22)
+    wall = next(iter(office_map.info.to_world(list(zip(*(office_map.data == OCCUPIED).nonzero(), strict=True)))))
+    with pytest.raises(GoalOccupied):
+        await rest.plan("office", start, (*map(float, wall), 0.0))
+    with pytest.raises(GoalOutsideMap):
+        await rest.plan("office", start, (1e6, 0.0, 0.0))
+    with pytest.raises(NotFound, match="atlantis"):
+        await rest.plan("atlantis", start, start)
+    with pytest.raises(PPaaSError, match="dijkstra"):
+        await rest.plan("office", start, start, planner="oracle")

@@ -17,8 +17,8 @@ from ppaas.errors import Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.messages.base.std_msgs import Bool
 from ppaas.wire.own_topics import PRESENCE
+from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
 from tests.faults.test_endpoints import endpoints, served_by
 from tests.faults.test_master_restart import ADOPTED

@@ -8,7 +8,7 @@ import pytest
 from ppaas.maps.grid import GridMap
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.tasks.records import OPEN
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 from tests.faults.test_master_restart import ADOPTED, kill, waiting_robot
 from tests.support.cloud.cloud import running_cloud
 from tests.support.waiting import patience, until

@@ -8,7 +8,7 @@ import signal
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections import Counter
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from types import ModuleType
 
 import msgspec
@@ -20,6 +20,7 @@ from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.runtimes.process.runtime import ProcessRuntime
+from tests.stress.conftest import Figure
 from tests.support.engine import fabric_reader, fabric_server
 from tests.support.engine.launches import Reports
 from tests.support.engine.processes import memory
@@ -250,3 +251,58 @@ async def test_unauthorized_clients_are_refused_without_disturbing_others(router
     assert router.pid == first and router.restarts == 0
     await fabric.close()
     await other.close()
+
+
+BURST = 2000
+PAYLOAD = bytes(600)
+"""Payload of the size of a position with its covariance."""
+
+Publish = Callable[[str, bytes], None]
+
+
+async def arrived(router: RouterProcess, reader: Fabric, key: str, publish: Publish) -> int:
+    """Publish a burst; return the number of messages that arrive."""
+    received = 0
+    changed = asyncio.Event()
+
+    def take(_key: str, payload: bytes) -> None:
+        nonlocal received
+        received += len(payload) == len(PAYLOAD)
+        changed.set()
+
+    subscription = reader.subscribe(key, take, limit=2 * BURST)
+    async with patience(10):
+        while not changed.is_set():  # until the router knows of the reader
+            publish(key, b"x")
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(changed.wait(), 0.05)
+    for _ in range(BURST):
+        publish(key, PAYLOAD)
+    with contextlib.suppress(TimeoutError):
+        while received < BURST:  # or until nothing has come for a second
+            changed.clear()
+            await asyncio.wait_for(changed.wait(), 1.0)
+    subscription.close()
+    return received
+
+
+async def test_a_burst_to_a_healthy_reader_arrives(tmp_path, figure: Figure) -> None:
+    router = RouterProcess(tmp_path / "run")
+    await router.start()
+    reader, writer = [await Fabric.open(router.endpoint, router.credentials) for _ in range(2)]
+    session = await asyncio.to_thread(zenoh.open, client_config(router.endpoint, router.credentials))
+
+    def express(key: str, payload: bytes) -> None:
+        session.put(key, payload, congestion_control=zenoh.CongestionControl.DROP, express=True)
+
+    # Other processes of this host may delay the reader, but hardly in each attempt.
+    wholes = [await arrived(router, reader, f"burst/batched-{attempt}", writer.publish) for attempt in range(3)]
+    whole, singly = max(wholes), await arrived(router, reader, "burst/express", express)
+    figure(f"of a burst of {BURST} arrived", str(whole))
+    figure(f"of a burst of {BURST} arrived with express", str(singly))
+    await asyncio.to_thread(session.close)
+    for fabric in (reader, writer):
+        await fabric.close()
+    await router.close()
+    assert whole > 0.9 * BURST
+    assert whole > singly

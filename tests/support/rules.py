@@ -39,7 +39,7 @@ ALLOWED = {
     "ppaas/planners/batch/workers.py": {"concurrent"},
 }
 
-PRIVATE = {"robots/bridges/dds/qos.py": {"cyclonedds._clayer"}}
+PRIVATE = {"robots/bridges/dds/cyclone.py": {"cyclonedds._clayer"}}
 """Private modules that are imported all the same; ``pyproject.toml`` bounds the versions of their packages."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -7,9 +7,7 @@ import numpy as np
 
 from benchmarks.fleet.stand_ins.robot import Points
 from benchmarks.fleet.stand_ins.simulation import Simulation
-from benchmarks.harness.drawn_lanes import LANES, zones_of_hall
-from benchmarks.harness.goal_places import BESIDE
-from benchmarks.harness.largest_part import largest_part
+from benchmarks.harness.halls import BESIDE, LANES, largest_part, zones_of_hall
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput

@@ -1,15 +1,16 @@
-"""Measurement of many stand-ins in a hall: contacts, deadlocks, goals beside robots alone, and the cost of faults."""
+"""Measurement of many stand-ins in a hall: contacts, deadlocks, goals beside robots alone, faults and their cost."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.fleet.stand_ins import faults
 from benchmarks.fleet.stand_ins.hall import Hall
+from benchmarks.fleet.stand_ins.robot import StandIn
 from benchmarks.fleet.stand_ins.simulation import Simulation
 from benchmarks.harness.figures import Figure
-from benchmarks.harness.goal_places import distance_figure
+from benchmarks.harness.halls import distance_figure
 from ppaas.errors import InvalidInput
 
 PART = "stand-ins"
@@ -55,7 +56,7 @@ class StandInCase:
     @property
     def total(self) -> float:
         """Simulated time of all runs but those of robots that are alone, about [s]."""
-        return 2.0 * WARM_UP + 3.0 * self.seconds + 2.0 * AFTERWARDS + faults.AWAY
+        return 2.0 * WARM_UP + 3.0 * self.seconds + 2.0 * AFTERWARDS + AWAY
 
 
 def case_of(words: Sequence[str]) -> StandInCase:
@@ -129,7 +130,7 @@ def _ordinary(case: StandInCase, simulation: Simulation, goals: int, alone: floa
 
 
 def _after_faults(case: StandInCase, simulation: Simulation, before: int, tell: Tell) -> Iterator[Figure]:
-    faults.break_one(simulation)
+    break_one(simulation)
     reached = simulation.arrived
     _run(simulation, case.seconds, f"{case.name}: a robot has stopped for ever", tell)
     share = (simulation.arrived - reached) / max(before, 1)
@@ -137,15 +138,13 @@ def _after_faults(case: StandInCase, simulation: Simulation, before: int, tell: 
         PART, f"{case.name}: goals after a robot stopped for ever", round(share, 3), "", limit=BROKEN_SHARE, floor=True,
         note="beside those in the same time before",
     )  # fmt: skip
-    back = faults.push_one(simulation)
-    yield Figure(
-        PART, f"{case.name}: a stray is led back", back, "s", limit=faults.MOST, note="until it reached another cell"
-    )
+    back = push_one(simulation)
+    yield Figure(PART, f"{case.name}: a stray is led back", back, "s", limit=MOST, note="until it reached another cell")
     _run(simulation, AFTERWARDS, f"{case.name}: a robot was pushed off its way", tell)
-    again = faults.restart_node(simulation)
+    again = restart_node(simulation)
     yield Figure(
         PART, f"{case.name}: the next traffic node grants", again, "s", limit=GRANTS_AGAIN,
-        note=f"after its begin; there was none for {faults.AWAY:g} s",
+        note=f"after its begin; there was none for {AWAY:g} s",
     )  # fmt: skip
     _run(simulation, AFTERWARDS, f"{case.name}: the traffic node was killed", tell)
 
@@ -160,3 +159,66 @@ def _safety(case: StandInCase, simulation: Simulation, run: str) -> Iterator[Fig
         PART, f"{case.name}{run}: deadlocks", simulation.deadlocks, "", limit=0.0,
         note=f"nobody got on for at most {simulation.stood:.1f} s",
     )  # fmt: skip
+
+
+# -- faults of stand-ins and of the traffic node, and how long it takes until things go on -----------------------------
+
+PUSH = 0.45
+"""Distance by which a robot is pushed off its way, as a part of the distance between two cells."""
+
+AWAY = 5.0
+"""Time for which there is no traffic node [s]."""
+
+MOST = 120.0
+"""Longest time for which things are waited for [s]."""
+
+
+def break_one(simulation: Simulation) -> None:
+    """Stop a robot that drives, for ever."""
+    simulation.rng.choice([robot for robot in simulation.robots if robot.way.ahead]).dead = True
+
+
+def push_one(simulation: Simulation) -> float:
+    """Push a robot off its way, where there is room; return the time until it has reached another cell [s]."""
+    while (pushed := _push(simulation)) is None:
+        simulation.step(again=True)
+    began, revision = simulation.now, pushed.way.revision
+    while (pushed.way.revision == revision or not pushed.way.reached) and simulation.now < began + MOST:
+        simulation.step(again=True)
+    return round(simulation.now - began, 1)
+
+
+def restart_node(simulation: Simulation) -> float:
+    """Let the traffic node die, and another one begin, which knows nothing; return its time until it grants [s]."""
+    simulation.kill_node()
+    simulation.run(AWAY, again=True)
+    simulation.start_node()
+    began, ends = simulation.now, [(robot.way.revision, robot.way.end) for robot in simulation.robots]
+    while simulation.now < began + MOST:
+        simulation.step(again=True)
+        now = [(robot.way.revision, robot.way.end) for robot in simulation.robots]
+        if any(one[0] == other[0] and one[1] > other[1] for one, other in zip(now, ends, strict=True)):
+            break
+    return round(simulation.now - began, 1)
+
+
+def _push(simulation: Simulation) -> StandIn | None:
+    """Push a robot to where it touches no cell of others, if there is one."""
+    reach = PUSH * simulation.hall.spacing
+    for robot in simulation.robots:
+        for quarter in range(4) if robot.way.ahead and not robot.dead else ():
+            angle = quarter * math.pi / 2.0
+            x, y = robot.pose.x + reach * math.cos(angle), robot.pose.y + reach * math.sin(angle)
+            pose = robot.pose._replace(x=x, y=y)
+            if _holders(simulation, x, y, robot.radius) <= {robot.name} and robot.way.is_stray(pose):
+                robot.pose = pose
+                return robot
+    return None
+
+
+def _holders(simulation: Simulation, x: float, y: float, radius: float) -> set[str]:
+    """Return who holds the cells that a disc touches."""
+    coordinator = simulation.coordinator
+    assert coordinator is not None, "there is a traffic node"
+    cells = simulation.hall.touched(x, y, radius).tolist()
+    return {name for cell in cells for name in coordinator.occupancy.holders[cell]}

@@ -1,15 +1,15 @@
-"""Simulation of stand-ins and the coordinator of their traffic, with messages between them, in simulated time."""
+"""Simulation of stand-ins and the coordinator of their traffic, with late and lost messages, and contacts."""
 
+import heapq
 import time
 from dataclasses import dataclass, field
 from random import Random
 
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.fleet.stand_ins.contacts import Contacts
-from benchmarks.fleet.stand_ins.network import Network
 from benchmarks.fleet.stand_ins.robot import PERIOD, FindWay, StandIn, straight
-from benchmarks.harness.goal_places import goal_in
+from benchmarks.harness.halls import goal_in
 from ppaas.fleet.lattice_roadmap import LatticeRoadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
@@ -17,6 +17,85 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.traffic.coordinator import Coordinator, restore
 from ppaas.traffic.settings import TrafficParameters
+
+Places = NDArray[np.float64]
+
+FAR = 9.0
+"""Gap before there are two discs [m]."""
+
+
+class Contacts:
+    """Counts the times that two discs begin to touch.
+
+    Attributes
+    ----------
+    count : int
+    nearest : float
+        Smallest gap between two discs so far [m]; negative if they touched.
+    """
+
+    def __init__(self) -> None:
+        self.count, self.nearest = 0, FAR
+        self._before: Places = np.empty((0, 2))
+        self._touching = np.zeros((0, 0), np.bool_)
+
+    def see(self, places: Places, radii: NDArray[np.float64]) -> None:
+        """Take the places of all discs, (n, 2) [m], and their radii, (n,) [m]; new ones are the last."""
+        known = len(self._before)
+        before = np.concatenate([self._before, places[known:]])
+        gaps = _gaps(before, places, radii)
+        touching = np.zeros(gaps.shape, np.bool_)
+        touching[: len(self._touching), : len(self._touching)] = self._touching
+        self.count += int(((gaps <= 0.0) & ~touching).sum()) // 2
+        self.nearest = min(self.nearest, float(gaps.min(initial=FAR)))
+        self._before, self._touching = places, _gaps(places, places, radii) <= 0.0
+
+
+def _gaps(before: Places, after: Places, radii: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the smallest gap of each pair of discs on straight ways from one time to another [m]."""
+    apart = before[:, None] - before[None]
+    change = after[:, None] - after[None] - apart
+    squared = np.maximum((change**2).sum(axis=2), 1e-12)
+    part = np.clip(-(apart * change).sum(axis=2) / squared, 0.0, 1.0)
+    nearest = np.hypot(*(apart + part[..., None] * change).transpose(2, 0, 1))
+    gaps: NDArray[np.float64] = nearest - radii[:, None] - radii[None]
+    np.fill_diagonal(gaps, FAR)
+    return gaps
+
+
+# -- network between robots and traffic node ---------------------------------------------------------------------------
+
+
+class Network:
+    """Messages that arrive late or not at all; a later one may arrive before an earlier one.
+
+    Parameters
+    ----------
+    rng : Random
+    delay : float
+        Largest delay of a message [s].
+    loss : float
+        Part of messages that are lost.
+    """
+
+    def __init__(self, rng: Random, delay: float = 0.1, loss: float = 0.0) -> None:
+        self._rng, self._delay, self._loss = rng, delay, loss
+        self._waiting: list[tuple[float, int, object]] = []
+        self._count = 0
+
+    def send(self, message: object, now: float) -> None:
+        """Send a message at a time [s]."""
+        if self._rng.random() >= self._loss:
+            self._count += 1
+            heapq.heappush(self._waiting, (now + self._rng.uniform(0.0, self._delay), self._count, message))
+
+    def arrived(self, now: float) -> list[object]:
+        """Return the messages that have arrived by a time [s], the earliest one first."""
+        ready = []
+        while self._waiting and self._waiting[0][0] <= now:
+            ready.append(heapq.heappop(self._waiting)[2])
+        return ready
+
 
 SPACING = 0.6
 """Distance of neighbouring cells [m]: two robots of radius 0.2 m, and a margin of 0.1 m on each side."""

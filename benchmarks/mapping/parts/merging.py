@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
+from benchmarks.mapping.map_errors import random_relations
 from benchmarks.mapping.parts.mapped import mapped, mapping_of
 from benchmarks.mapping.parts.part import SlamOptions, name_of, relations_of
-from benchmarks.mapping.ring import ring_drive
-from benchmarks.mapping.true_error import random_relations
+from benchmarks.mapping.small_worlds import ring_drive
 from benchmarks.mapping.worlds import OFFICE, drive_of
 from ppaas.errors import MapsNotMerged
 from ppaas.mapping.merging.merge import Merged, merge

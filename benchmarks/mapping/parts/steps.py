@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.mapping.office import office, route
 from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.mapping.simulated_drive import simulate

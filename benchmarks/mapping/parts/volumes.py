@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.mapping import volume
 from benchmarks.mapping.parts.part import SlamOptions
 

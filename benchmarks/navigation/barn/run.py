@@ -1,17 +1,49 @@
-"""A BARN run: the robot drives until it arrives, collides, or exceeds the time limit; and its score."""
+"""BARN runs: the robot drives until it arrives, collides, or exceeds the time limit; their scores and summary."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.navigation.barn.controller_setups import make_navigator
+from benchmarks.harness.parallel_runs import run_all
 from benchmarks.navigation.barn.environment import DT, Environment
-from benchmarks.navigation.barn.jackal import NOISE
+from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MAX_ANGULAR, MAX_LINEAR, NOISE, WIDTH
 from benchmarks.navigation.barn.navigator import PERIOD, Navigator
 from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, TIME_LIMIT, BarnWorld
 from ppaas.geometry import Pose2D
+from robots.sim.drivetrain import DrivetrainModel
+
+REVERSE = -0.5
+"""Maximum reverse velocity [m/s]."""
+
+
+def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> Navigator:
+    """Return a navigator that uses a local planner.
+
+    Parameters
+    ----------
+    planner : str
+        Name of the plug-in; planners other than ``mppi`` use their defaults and the robot's radius.
+    goal : Pose2D
+        Goal relative to the robot's start [m].
+    drive : DrivetrainModel
+        Known properties of the motors: speeds, accelerations, delay and lag.
+    """
+    return Navigator(goal, planner, _parameters(planner, drive))
+
+
+def _parameters(planner: str, drive: DrivetrainModel) -> dict[str, Any]:
+    if planner == "mppi":
+        return {
+            "max_vel_x": MAX_LINEAR, "min_vel_x": REVERSE, "max_vel_theta": MAX_ANGULAR,
+            "acc_lim_x": drive.acc_linear, "acc_lim_theta": drive.acc_angular,
+            "command_delay": drive.delay, "motor_lag": drive.lag,
+            "footprint": FOOTPRINT, "robot_radius": math.hypot(LENGTH, WIDTH) / 2,
+        }  # fmt: skip
+    return {"robot_radius": WIDTH / 2}
+
 
 STEPS = round(PERIOD / DT)
 
@@ -106,3 +138,73 @@ def _judge(environment: Environment, clearance: float) -> Outcome | None:
     if environment.pose.distance_to(GOAL) <= GOAL_TOLERANCE:
         return "success"
     return "timeout" if environment.time >= TIME_LIMIT else None
+
+
+# -- all runs of the BARN bench, in parallel processes, and their summary ----------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class BarnOptions:
+    """Settings of the BARN bench.
+
+    Parameters
+    ----------
+    runs : int
+        Number of runs in each world.
+    planner, noise : str
+        Local planner and noise level, as in `benchmarks.navigation.barn.run.BarnJob`.
+    seed : int
+        Seed of all noise.
+    jobs : int
+        Number of processes.
+    """
+
+    runs: int
+    planner: str
+    noise: str
+    seed: int
+    jobs: int
+
+
+def measure(worlds: Sequence[BarnWorld], options: BarnOptions, done: Callable[[], None]) -> list[BarnResult]:
+    """Simulate all runs; return the results in the order of worlds and runs.
+
+    Parameters
+    ----------
+    worlds : sequence of BarnWorld
+    options : BarnOptions
+    done : callable
+        Called after each run.
+    """
+    return run_all(drive, jobs_of(worlds, options), options.jobs, done)
+
+
+def jobs_of(worlds: Sequence[BarnWorld], options: BarnOptions) -> list[BarnJob]:
+    """Return all runs, in the order of worlds and runs."""
+    return [
+        BarnJob(world, options.planner, options.noise, options.seed, run)
+        for world in worlds
+        for run in range(options.runs)
+    ]
+
+
+def summary(results: Sequence[BarnResult]) -> dict[str, Any]:
+    """Return the summary of runs: shares by outcome, and means.
+
+    ``metric`` is the mean score. ``at_over_ot`` is the mean ratio of the duration to the time of the reference path at
+    full speed, over successful runs. ``min_clearance`` is the smallest clearance of any run [m].
+    """
+    successes = [result for result in results if result.outcome == "success"]
+    times = [result.seconds / result.best_time for result in successes]
+    return {
+        "worlds": len({result.world for result in results}),
+        "runs": len(results),
+        **{name: _share(results, name) for name in ("success", "collision", "timeout")},
+        "metric": round(float(np.mean([result.score for result in results])), 4),
+        "at_over_ot": round(float(np.mean(times)), 3) if times else None,
+        "min_clearance": round(min(result.clearance for result in results), 4),
+    }
+
+
+def _share(results: Sequence[BarnResult], outcome: str) -> float:
+    return round(sum(result.outcome == outcome for result in results) / len(results), 4)

@@ -1,14 +1,20 @@
-"""A drive: a simulated robot is sent to several goals in a map with pedestrians."""
+"""Drives: a simulated robot is sent to several goals in a map with pedestrians; all drives, kept in a file."""
 
+import json
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.harness.parallel_runs import run_all
 from benchmarks.navigation.goals.clone import MODEL, InProcessClone
 from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
@@ -194,3 +200,91 @@ def _outcome(trip: Trip, goal: Pose2D) -> str:
     away, turn = pose.distance_to(goal), abs(wrap_angle(pose.theta - goal.theta))
     there = away <= THERE and turn <= TURNED
     return "reached" if there else f"elsewhere: {away:.2f} m and {math.degrees(turn):.0f}° off"
+
+
+# -- results of drives in a file, so that an interrupted bench continues where it stopped ------------------------------
+
+
+def read(path: Path) -> Mapping[str, list[GoalsResult]]:
+    """Return the stored results by `key`; empty if the file does not exist.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read, or its content is invalid.
+    """
+    try:
+        lines = path.read_text().splitlines() if path.exists() else []
+        rows = [json.loads(line) for line in lines]
+        return {row["job"]: [GoalsResult(**each) for each in row["results"]] for row in rows}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InvalidInput(f"{path} is not a file of 'ppaas bench goals --keep': {error}; name another file") from error
+
+
+def append(path: Path, job: GoalsJob, results: list[GoalsResult]) -> None:
+    """Append the results of a drive; several processes may append at once, since each line is one write."""
+    line = json.dumps({"job": key(job), "results": [asdict(result) for result in results]})
+    with path.open("a") as file:
+        file.write(line + "\n")
+
+
+def key(job: GoalsJob) -> str:
+    """Return the key of a drive: all of its settings except the cells of the map."""
+    told = (job.name, job.people, job.goals, job.controller, job.parameters, job.seed, job.drive, job.told)
+    return json.dumps(told, sort_keys=True)
+
+
+# -- all drives of the goals bench, in parallel processes, and their summary -------------------------------------------
+
+
+def measure(
+    jobs: Sequence[GoalsJob], processes: int, done: Callable[[], None], keep: Path | None = None
+) -> list[GoalsResult]:
+    """Simulate all drives; return the result of each goal, in the order of the jobs.
+
+    Parameters
+    ----------
+    jobs : sequence of GoalsJob
+    processes : int
+    done : callable
+        Called after each drive.
+    keep : Path, optional
+        File of results; drives that it contains are not repeated.
+
+    Raises
+    ------
+    InvalidInput
+        The file is not a file of results.
+    """
+    if keep is None:
+        return [result for results in run_all(drive, jobs, processes, done) for result in results]
+    known = read(keep)
+    left = [job for job in jobs if key(job) not in known]
+    for _ in range(len(jobs) - len(left)):
+        done()
+    run_all(partial(_drive_and_keep, keep), left, processes, done)
+    known = read(keep)
+    return [result for job in jobs for result in known[key(job)]]
+
+
+def _drive_and_keep(path: Path, job: GoalsJob) -> None:
+    append(path, job, drive(job))
+
+
+def summary(results: Sequence[GoalsResult]) -> dict[str, Any]:
+    """Return the summary of all goals; times are means over the reached goals."""
+    times = [result.seconds for result in results if result.reached]
+    nearest = min(result.nearest for result in results)
+    return {
+        "goals": len(results),
+        "reached": len(times),
+        "collisions": sum(result.walls + result.caused + result.suffered for result in results),
+        "caused": sum(result.walls + result.caused for result in results),
+        "walls": sum(result.walls for result in results),
+        "touched_by_people": sum(result.suffered for result in results),
+        "mean_seconds": round(float(np.mean(times)), 1) if times else None,
+        "metres": round(sum(result.metres for result in results), 1),
+        "recoveries": sum(result.recoveries for result in results),
+        "nearest_m": round(nearest, 3) if np.isfinite(nearest) else None,
+        "failures": dict(Counter(result.outcome for result in results if not result.reached)),
+    }

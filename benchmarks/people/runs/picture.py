@@ -11,8 +11,7 @@ from benchmarks.people.runs.job import PeopleJob
 from benchmarks.people.runs.run import run
 from benchmarks.people.runs.scene import PeopleScene
 from ppaas.maps.grid import GridMap
-from robots.demo.people_handovers import Handovers
-from robots.demo.people_score import Frame
+from robots.demo.people_score import Frame, Handovers
 from robots.pictures.figure_file import write_figure
 
 if TYPE_CHECKING:

@@ -94,7 +94,6 @@ def _matched(people: list[PersonTruth], detections: Sequence[TorsoDetection]) ->
 
 
 def _kind_at(scene: DetectorScene, detection: TorsoDetection) -> str:
-    """Return what is at a detection."""
     near = [(math.hypot(detection.x - person.x, detection.y - person.y), PERSON) for person in scene.people]
     near += [(math.hypot(detection.x - x, detection.y - y), kind) for kind, x, y in scene.furniture]
     distance, kind = min(near, default=(math.inf, WALL))

@@ -4,6 +4,7 @@
 """
 
 import argparse
+import base64
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,18 +13,69 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.people.torso.boosting import boost
+from benchmarks.people.torso.fitting import Fitted, Samples, boost, fit
 from benchmarks.people.torso.scenes import CLUTTER, KINDS, DetectorScene, PersonTruth, scenes
-from benchmarks.people.torso.source import template_source, tree_source
-from benchmarks.people.torso.template_fit import Samples, fit
 from ppaas.perception.depth_scan import PinholeCamera
 from ppaas.perception.torso.detector import DEPTH_OF_TORSO, candidates
 from ppaas.perception.torso.floor_view import FloorView
-from ppaas.perception.torso.models import UpperBody
+from ppaas.perception.torso.models import Trees, UpperBody
 from ppaas.perception.torso.patches import patches_at, propose
 from ppaas.perception.torso.relief import FEATURES, features_at, mirrored
 from robots.sim.bodies.furniture import COAT_STAND, POSTER
 from robots.sim.depth.camera import DepthCameraModel
+
+WIDTH = 112
+"""Number of characters of a line."""
+
+PROGRAM = "``python -m benchmarks.people.torso.training``"
+
+
+def template_source(fitted: Fitted) -> str:
+    """Return the source text of ``ppaas/perception/torso/template_weights.py``."""
+    scales = [float(np.abs(weights).max()) / 127.0 for weights in fitted.weights]
+    lines = [
+        f'"""Weights of the templates, fitted by {PROGRAM}."""',
+        "",
+        f"SCALES = ({', '.join(f'{scale:.6g}' for scale in scales)})",
+        '"""Value of one unit of the weights of each posture."""',
+        "",
+        f"BIASES = ({', '.join(f'{bias:.4f}' for bias in fitted.biases)})",
+        '"""Bias of each posture."""',
+        "",
+        "WEIGHTS = (",
+    ]
+    for weights, scale in zip(fitted.weights, scales, strict=True):
+        lines += ['    """', *_lines(np.rint(weights / scale).astype("i1"), "    "), '    """,']
+    lines += [")", '"""Weights of each posture, int8 as base85, in the order of `template.SHAPE`."""', ""]
+    return "\n".join(lines)
+
+
+def tree_source(trees: Trees) -> str:
+    """Return the source text of ``ppaas/perception/torso/tree_weights.py``."""
+    scale = float(np.abs(trees.leaves).max()) / 127.0
+    lines = [
+        f'"""Trees that tell people from what looks like them, fitted by {PROGRAM}."""',
+        "",
+        f"BIAS = {trees.bias:.4f}",
+        '"""Log odds without trees."""',
+        "",
+        f"SCALE = {scale:.6g}",
+        '"""Value of one unit of the leaves."""',
+    ]
+    parts = {
+        "FEATURES": (trees.features.astype("<u2"), "Feature of each decision, uint16, little-endian, as base85."),
+        "LIMITS": (trees.limits, "Limit of each decision, uint8 as base85."),
+        "LEAVES": (np.rint(trees.leaves / scale).astype("i1"), "Leaves, int8 as base85."),
+    }
+    for name, (numbers, text) in parts.items():
+        lines += ["", f'{name} = """', *_lines(numbers), '"""', f'"""{text}"""']
+    return "\n".join([*lines, ""])
+
+
+def _lines(numbers: NDArray[np.generic], indent: str = "") -> list[str]:
+    text = base64.b85encode(numbers.tobytes()).decode()
+    return [indent + text[k : k + WIDTH] for k in range(0, len(text), WIDTH)]
+
 
 ASIDE, IN_FRONT, BEHIND = 0.06, 0.3, 0.12
 """Distances from the axis of a torso at which proposals show the person, across and along the line of sight [m]."""

@@ -31,12 +31,10 @@ from ppaas.wire.vda5050.master.master_control import MasterControl, Path
 from ppaas.wire.vda5050.states import Connection, State, Visualization
 from ppaas.zones.zone import Zone
 from robots.bridges.agv.agv_side import AgvSide, LeftOut
-from robots.bridges.agv.cloud_side import CloudSide, Requests
-from robots.bridges.agv.limits import settings_of
-from robots.bridges.agv.options import FleetOptions
+from robots.bridges.agv.cloud_side import CloudSide, Requests, diagnostics
+from robots.bridges.agv.options import FleetOptions, settings_of
 from robots.bridges.agv.registration import Registry, differences
-from robots.bridges.agv.ros_messages import diagnostics
-from robots.bridges.agv.zone_side import ZoneSide
+from robots.bridges.agv.zones import ZoneSide
 from robots.bridges.core.notices import Notices, without_numbers
 
 logger = logging.getLogger(__name__)
@@ -226,7 +224,6 @@ class AgvRobot:
                     self._cloud, self._told = None, ()
 
     def _compare(self) -> None:
-        """Report how the robot's file differs from the AGV's factsheet."""
         self._differences = () if self._file is None else differences(self._file, self._sheet)
         for text in self._differences:
             self._notices.tell(f"AGV {self._agv.name}: {text}")

@@ -14,7 +14,7 @@ from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
 from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.topics import Address, Version, version_of
 from ppaas.wire.vda5050.zones import ZoneSet
-from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.bridges.vda5050.mqtt_link import Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.options import MAJORS, FleetOptions
 from robots.bridges.agv.registration import Registry
-from robots.bridges.agv.zone_reader import ZoneReader
+from robots.bridges.agv.zones import ZoneReader
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
 from robots.client.rest import RestClient

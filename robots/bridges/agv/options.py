@@ -1,10 +1,12 @@
-"""Options of AGVs that are taken as robots."""
+"""Options of AGVs that are taken as robots, and the settings of the master control that a factsheet gives."""
 
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 
+from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.topics import Address, Version
 
@@ -72,3 +74,25 @@ class FleetOptions:
 def _id(text: str) -> str:
     """Return a text as the id of a robot: letters, digits, ``_`` and ``-``, a letter or digit first."""
     return re.sub(r"[^A-Za-z0-9_-]", "_", text).lstrip("_-")[:MAX_ID] or "agv"
+
+
+LEAST_NODES = 2
+"""Number of nodes that an order needs to lead anywhere."""
+
+
+def settings_of(sheet: Factsheet, usual: Settings) -> Settings:
+    """Return the settings with the top speed and the largest number of nodes that a factsheet gives."""
+    limits = sheet.protocol_limits
+    nodes = 0 if limits is None else limits.maximum_array_lengths.get("order.nodes", 0)
+    return replace(
+        usual,
+        top_speed=top_speed_of(sheet) or usual.top_speed,
+        max_nodes=min(usual.max_nodes, nodes) if nodes >= LEAST_NODES else usual.max_nodes,
+    )
+
+
+def top_speed_of(sheet: Factsheet) -> float | None:
+    """Return the top speed that a factsheet gives [m/s]; None if it gives none that an AGV could have."""
+    if (body := sheet.physical_parameters) is None:
+        return None
+    return body.maximum_speed if math.isfinite(body.maximum_speed) and body.maximum_speed > 0.0 else None

@@ -13,8 +13,8 @@ from ppaas.robot_model.known_models import robot_model
 from ppaas.wire.vda5050.factsheets import Factsheet, PhysicalParameters
 from ppaas.wire.vda5050.topics import Address
 from robots.bridges.agv.options import FleetOptions
+from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 from robots.client.robot_file import RobotFile
 
 logger = logging.getLogger(__name__)

@@ -1,4 +1,4 @@
-"""Actions of Nav2 that the clone executes, offered to the nodes of the robot.
+"""Actions of Nav2 that the clone executes, offered to the robot; goals and results of each release of ROS 2.
 
 An action consists of three services and two topics below its name: ``_action/send_goal``, ``_action/get_result``,
 ``_action/cancel_goal``, ``_action/feedback`` and ``_action/status``.
@@ -8,17 +8,59 @@ Source: ROS 2 design, "Actions"; ``action_msgs``.
 
 import asyncio
 import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
 from ppaas.wire.ros.graph import LATCHED, Qos
-from ppaas.wire.ros.types import to_json
+from ppaas.wire.ros.types import RosTypes, to_json
 from robots.bridges.core.cloud_link import CloudGoal
 from robots.bridges.core.parts import Parts
-from robots.bridges.core.results import in_release, result_of
 from robots.bridges.core.transport import Closable
+
+NAVIGATE, WAYPOINTS = "nav2_msgs/action/NavigateToPose", "nav2_msgs/action/FollowWaypoints"
+
+
+def in_release(types: RosTypes, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a message of the cloud without the fields that a type lacks in a release."""
+    known = {field.name for field in types.fields(name)}
+    return {key: value for key, value in values.items() if key in known}
+
+
+def result_of(action: str, types: RosTypes, values: Mapping[str, Any], reason: str) -> dict[str, Any]:
+    """Return the result of a goal as a release has it.
+
+    Parameters
+    ----------
+    action : str
+        Type of the action.
+    types : RosTypes
+        Types of the release.
+    values : mapping
+        Result of the cloud; empty if it has none.
+    reason : str
+        Why the goal was refused or lost; empty if it has a result.
+    """
+    result = dict(values)
+    if reason:
+        result = {"error_code": 0xFFFF, "error_msg": reason}
+    if action == WAYPOINTS:
+        result["missed_waypoints"] = _missed(types.release, result.get("missed_waypoints", []))
+    return in_release(types, f"{action}_Result", result)
+
+
+def _missed(release: str, waypoints: list[dict[str, Any]]) -> list[Any]:
+    if release == "humble":
+        return [one["waypoint_index"] for one in waypoints]
+    if release == "jazzy":
+        return [
+            {"index": one["waypoint_index"], "goal": one["waypoint_pose"], "error_code": one.get("error_code", 0)}
+            for one in waypoints
+        ]
+    return waypoints
+
 
 EXECUTING, CANCELING, ABORTED = 2, 3, 6
 """Statuses of ``action_msgs/GoalStatus``; the final ones 4 to 6 are the cloud's."""

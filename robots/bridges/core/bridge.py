@@ -9,22 +9,18 @@ import msgspec
 
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotFound, PPaaSError
-from robots.bridges.core.actions import ActionServer
+from robots.bridges.core.actions import ActionServer, in_release
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.core.downward import Downward
-from robots.bridges.core.examination import Examination
-from robots.bridges.core.findings import ERROR, Finding, examine
+from robots.bridges.core.downward import Downward, Velocity
+from robots.bridges.core.findings import ERROR, Examination, Finding, examine
 from robots.bridges.core.frames import Frames
 from robots.bridges.core.localization import Localization
 from robots.bridges.core.notices import Notices
-from robots.bridges.core.parts import Parts
-from robots.bridges.core.results import in_release
+from robots.bridges.core.parts import Parts, RobotTime
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
-from robots.bridges.core.robot_time import RobotTime
 from robots.bridges.core.tables import Service
 from robots.bridges.core.transport import Closable, Transport
 from robots.bridges.core.upward import Upward
-from robots.bridges.core.velocity import Velocity
 
 SETTLE = 0.05
 """Time for which changes of the graph are collected before the bridge follows them [s]."""
@@ -162,7 +158,6 @@ class Bridge:
             self._serve(graph)
 
     async def _findings(self) -> list[Finding]:
-        """Return the faults of the robot's graph."""
         entities = self._transport.entities()
         faults = [Finding(subject, text, ERROR) for subject, text in self._transport.faults().items()]
         if self._namespace is not None:

@@ -50,8 +50,6 @@ Json = Callable[[bytes], None]
 
 
 class _Frame(msgspec.Struct):
-    """Any frame of the cloud."""
-
     op: str
     id: str | int | None = None
     topic: str = ""
@@ -239,7 +237,7 @@ class CloudLink:
             raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
         finally:
             del self._calls[number]
-            self._queue.discard(number)
+            self._queue.discard(number)  # nobody waits for the response any more
 
     async def send_goal(self, action: str, type_name: str, goal: bytes, feedback: Json) -> CloudGoal:
         """Send a goal to an action of the clone; ``feedback`` is called with each feedback."""
@@ -256,7 +254,7 @@ class CloudLink:
     # -- frames --------------------------------------------------------------------------------------------------------
 
     def _greeting(self) -> list[str]:
-        asyncio.get_running_loop().call_soon(self._renewed)
+        asyncio.get_running_loop().call_soon(self._renewed)  # later: what it sends belongs behind the greeting
         subscriptions = [wanted for wanted, _ in self._subscriptions.values()]
         return [_text(operation) for operation in (*self._offers.values(), *subscriptions)]
 

@@ -20,9 +20,8 @@ from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import LATCHED, Entity, Kind, Qos, release_of
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.transport import Closable, Publisher, Received, Transport
-from robots.bridges.dds import qos as dds_qos
-from robots.bridges.dds.discovery import cyclone_configuration
-from robots.bridges.dds.idl_types import IdlTypes
+from robots.bridges.dds import cyclone
+from robots.bridges.dds.cyclone import IdlTypes, cyclone_configuration
 
 GRAPH_WAIT = 0.5
 """Time for which the release of ROS is looked for in the graph [s]."""
@@ -59,8 +58,6 @@ class DdsOptions:
 
 
 class _Endpoint:
-    """Reader or writer of the bridge."""
-
     def __init__(self, transport: "DdsTransport", entity: Any, topic: Any) -> None:
         self.entity, self._transport, self._topic = entity, transport, topic
 
@@ -100,7 +97,7 @@ class DdsTransport(Transport):
 
     def __init__(self, options: DdsOptions, name: str = "ppaas_bridge") -> None:
         self._options, self._name, self.domain = options, name, options.domain
-        self._dds = dds_qos.imported()
+        self._dds = cyclone.imported()
         self.write = self._dds.write
         self.notices = Notices()
         self._entities: dict[str, Entity] = {}
@@ -171,7 +168,7 @@ class DdsTransport(Transport):
         """Subscribe to a topic."""
         dds = self._dds
         described = dds.Topic(self._participant, f"rt{topic}", self._idl.of(type_name))
-        wanted = dds_qos.of(dds, qos, self.types.type_hash(type_name)) + dds.Qos(dds.Policy.IgnoreLocal.Participant)
+        wanted = cyclone.of(dds, qos, self.types.type_hash(type_name)) + dds.Qos(dds.Policy.IgnoreLocal.Participant)
         reader = _Reader(self, dds.DataReader(self._participant, described, qos=wanted), described)
         reader.condition, reader.received = dds.condition(reader.entity), received
         with self._lock:
@@ -193,7 +190,7 @@ class DdsTransport(Transport):
     def _new_writer(self, topic: str, type_name: str, qos: Qos) -> _Writer:
         dds = self._dds
         described = dds.Topic(self._participant, topic, self._idl.of(type_name))
-        wanted = dds_qos.of(dds, qos, self.types.type_hash(type_name))
+        wanted = cyclone.of(dds, qos, self.types.type_hash(type_name))
         return _Writer(self, dds.DataWriter(self._participant, described, qos=wanted), described)
 
     def _announce(self) -> None:
@@ -246,10 +243,10 @@ class DdsTransport(Transport):
     def _noticed(self, kind: Kind, samples: list[Any]) -> None:
         for sample in samples:
             identity = str(sample.key)
-            if not dds_qos.is_alive(self._dds, sample):
+            if not cyclone.is_alive(self._dds, sample):
                 self._entities.pop(identity, None)
                 continue
-            entity = dds_qos.entity_of(self._dds, kind, sample)
+            entity = cyclone.entity_of(self._dds, kind, sample)
             if entity is not None and sample.participant_key != self._own:
                 self._entities[identity] = entity
         self._changed()

@@ -41,8 +41,6 @@ class RclpyOptions:
 
 
 class _Entity:
-    """Entity of the bridge."""
-
     def __init__(self, close: Callable[[], object]) -> None:
         self._close = close
 

@@ -23,15 +23,10 @@ from ppaas.wire.ros.tcpros import unpack_header
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.robot_graph import name_in_graph
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
+from robots.bridges.ros1.connections import Peer, Publication, Service, Subscription
 from robots.bridges.ros1.http import CALL_TIMEOUT, XmlRpcServer, address_of
-from robots.bridges.ros1.master import Master
-from robots.bridges.ros1.peer import Peer
-from robots.bridges.ros1.publication import Publication
-from robots.bridges.ros1.registry import Key, Named, Registry
-from robots.bridges.ros1.service import Service
-from robots.bridges.ros1.slave import Slave
-from robots.bridges.ros1.subscription import Subscription
-from robots.bridges.ros1.tables import ROS_1
+from robots.bridges.ros1.master import Key, Master, Named, Registry, Slave
+from robots.bridges.ros1.move_base import ROS_1
 
 logger = logging.getLogger("ppaas.bridge")
 
@@ -140,10 +135,9 @@ class Ros1Transport(Transport, Slave):
     # -- master --------------------------------------------------------------------------------------------------------
 
     async def _watch(self) -> None:
-        """Look at the master for ever."""
         began = True
         while True:
-            self._dirty.clear()
+            self._dirty.clear()  # before the look: a change during it causes another one
             try:
                 await self._look()
             except PPaaSError as error:

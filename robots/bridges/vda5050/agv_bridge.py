@@ -21,8 +21,8 @@ from robots.bridges.vda5050.factsheet import factsheet_of
 from robots.bridges.vda5050.fleet_side import FleetSide
 from robots.bridges.vda5050.mqtt_link import MqttLink
 from robots.bridges.vda5050.zone_masks import ZoneMasks
+from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 
 logger = logging.getLogger(__name__)
 

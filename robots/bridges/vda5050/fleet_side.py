@@ -17,8 +17,7 @@ from ppaas.wire.vda5050.states import Connection, ConnectionState
 from ppaas.wire.vda5050.topics import Address
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import MIN_INTERVAL
-from robots.bridges.vda5050.mqtt_link import Exchange
-from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.bridges.vda5050.mqtt_link import Exchange, Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
 

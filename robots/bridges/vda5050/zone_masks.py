@@ -13,8 +13,8 @@ from ppaas.messages import decode
 from ppaas.messages.nav_msgs import GetMapResponse
 from ppaas.wire.vda5050.agv.zone_grids import SPEED_STEP, keepout_mask, marked_point, speed_mask
 from ppaas.wire.vda5050.zones import Zones
+from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 
 KEEPOUT, SPEED = "keepout_filter", "speed_filter"
 

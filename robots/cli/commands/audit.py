@@ -8,7 +8,7 @@ import time
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 NAME = "audit"
 HELP = "show who did what, newest first (admin)"

@@ -8,7 +8,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 NAME = "container"
 HELP = "list, show, resize and delete containers"

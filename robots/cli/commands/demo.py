@@ -161,7 +161,7 @@ def _print(console: "Console", line: str) -> None:
 
 async def _own_cloud(stack: contextlib.AsyncExitStack, options: "DemoOptions") -> "CloudAccess":
     """Start a cloud, which ends with the stack, and write the address of its dashboard."""
-    from robots.demo.own_cloud import own_cloud  # noqa: PLC0415
+    from robots.demo.cloud_process import own_cloud  # noqa: PLC0415
 
     with _status(options) as write:
         cloud = await stack.enter_async_context(own_cloud(write))

@@ -8,7 +8,7 @@ from ppaas.maps.new_map import NEW
 from robots.cli import event_loop
 from robots.cli.output import print_line, show
 from robots.cli.session import add_session_arguments, logged_in, token_of
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.explore import ExploreOutcome

@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_lanes(arguments: argparse.Namespace) -> None:
-    from robots.pictures.lanes import write_lanes  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from robots.pictures.map_pictures import write_lanes  # noqa: PLC0415 - ``ppaas --help`` loads this module
     from robots.plans import lanes  # noqa: PLC0415 - see above
 
     grid, cells = lanes.cells_on_lanes(arguments.map, arguments.zones, arguments.radius)

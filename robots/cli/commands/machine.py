@@ -11,7 +11,7 @@ from robots.cli.output import show
 from robots.cli.plugins import installed
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 NAME = "machine"
 HELP = "list, show, drain, label, limit, remove and admit machines; list endpoints; let this one join a cloud (admin)"

@@ -12,9 +12,9 @@ from robots.cli.output import print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import map_merge, map_reviews, map_tasks, map_traffic, map_zones
+from robots.cli.verbs import map_merge, map_tasks, map_traffic, map_versions, map_zones
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient
@@ -68,7 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
-    map_reviews.configure(verbs)
+    map_versions.configure(verbs)
     map_merge.configure(verbs)
     map_tasks.configure(verbs)
     map_traffic.configure(verbs)
@@ -135,7 +135,7 @@ async def _publish(arguments: argparse.Namespace) -> None:
     expected = await whole_version(client, map_id, arguments.if_match)
     files = {"octomap": octomap, "posegraph": arguments.posegraph, "zones": arguments.zones}
     answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
-    columns = map_reviews.COLUMNS if arguments.review else MAPS.columns
+    columns = map_versions.COLUMNS if arguments.review else MAPS.columns
     show(answer, columns, as_json=arguments.json)
     if not arguments.json:
         print_warnings(answer)
@@ -207,9 +207,9 @@ _VERBS = {
     "fetch": _fetch,
     "delete": MAPS.delete,
     "version": delete_version,
-    "reviews": map_reviews.reviews,
-    "approve": map_reviews.approve,
-    "refuse": map_reviews.refuse,
+    "reviews": map_versions.reviews,
+    "approve": map_versions.approve,
+    "refuse": map_versions.refuse,
     "traffic": map_traffic.traffic,
     "zones": map_zones.zones,
     "task": map_tasks.task,

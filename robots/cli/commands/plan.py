@@ -13,7 +13,7 @@ from robots.cli.resource import merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs import plan_database
 from robots.cli.verbs.robot_urdf import add_mesh_argument, read_urdf
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from ppaas.costmap.costmap import Costmap

@@ -9,7 +9,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 NAME = "planner"
 HELP = "list and show planners, and their evaluation on a map"
@@ -53,7 +53,7 @@ async def _evaluate(arguments: argparse.Namespace) -> None:
     query = f"?version={quote(arguments.version, safe='')}" if arguments.version else ""
     found = await logged_in(arguments).get(path_of("maps", arguments.map, "evaluation") + query)
     if arguments.plot is not None:
-        from robots.pictures.planner_evaluation import write_evaluation  # noqa: PLC0415
+        from robots.pictures.line_chart import write_evaluation  # noqa: PLC0415
 
         write_evaluation(arguments.plot, found)
     show(

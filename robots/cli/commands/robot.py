@@ -3,13 +3,14 @@
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_recordings, robot_shares, robot_urdf
-from robots.client.rest_paths import path_of
+from robots.cli.verbs import robot_goals, robot_map, robot_recordings, robot_shares, robot_urdf
+from robots.client.cloud_url import path_of
 
 NAME = "robot"
 HELP = "put, list, show, change, share, record and delete robots; send them to a pose"
@@ -31,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     one = verbs.add_parser("show", help="show one robot")
     change = verbs.add_parser("change", help="change fields of a robot file")
     delete = verbs.add_parser("delete", help="delete a robot")
-    robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or move one"))
+    configure_nodes(verbs.add_parser("nodes", help="show where the nodes of a robot run, or move one"))
     robot_map.configure(verbs.add_parser("map", help="show or publish the map that a robot makes"))
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
@@ -96,13 +97,40 @@ async def _change(arguments: argparse.Namespace) -> None:
     show(changed, ROBOTS.columns, as_json=arguments.json)
 
 
+COLUMNS = ("node", "home", "wanted", "score", "why")
+
+
+def configure_nodes(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("id", help="id of a connected robot")
+    parser.add_argument("--run", dest="node", metavar="NODE", help="move this node to the home where it performs best")
+    parser.add_argument("--home", choices=("cloud", "robot"), help="with --run: the home to move it to")
+    add_session_arguments(parser)
+
+
+async def run_nodes(arguments: argparse.Namespace) -> None:
+    """Execute the verb."""
+    client = logged_in(arguments)
+    nodes = path_of("robots", arguments.id, "nodes")
+    if arguments.node is None:
+        found = await client.items(nodes)
+    else:
+        path = path_of("robots", arguments.id, "nodes", arguments.node)
+        found = [await client.post(path, {"home": arguments.home})]
+    show(found if arguments.json else list(map(_row, found)), COLUMNS, as_json=arguments.json)
+
+
+def _row(node: dict[str, Any]) -> dict[str, Any]:
+    return node | {"score": round(node["score"], 2), "why": "; ".join(node["reasons"])}
+
+
 _VERBS = {
     "put": _put,
     "list": _list,
     "show": _show,
     "change": _change,
     "delete": ROBOTS.delete,
-    "nodes": robot_nodes.run,
+    "nodes": run_nodes,
     "map": robot_map.run,
     "go": robot_goals.go,
     "state": robot_goals.state,

@@ -70,7 +70,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_inputs(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments for logs of one kind."""
     graph = parser.add_argument_group("pose graphs")
     graph.add_argument(
         "--robust",
@@ -100,7 +99,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _make(arguments: argparse.Namespace) -> None:
-    """Map the log or solve the graph, and print the answer."""
     from robots.cli.verbs.slam_graph import is_graph  # noqa: PLC0415
 
     if arguments.format is None and is_graph(arguments.log):
@@ -111,7 +109,6 @@ def _make(arguments: argparse.Namespace) -> None:
 
 
 def _score_file(arguments: argparse.Namespace) -> None:
-    """Score a trajectory that was written before."""
     from ppaas.mapping.relations import parse_trajectory  # noqa: PLC0415 - here and below: ``ppaas --help`` loads this
 
     if arguments.score is None or arguments.trajectory is None:
@@ -140,7 +137,6 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _map(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Map the log, write the files, and return the answer."""
     from ppaas.mapping.parameters import SlamParameters  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
     from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
@@ -191,7 +187,6 @@ def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap"
 
 
 def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolution: float) -> None:
-    """Write the files that were requested."""
     if arguments.trajectory is not None:
         from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
 
@@ -208,7 +203,7 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
     if arguments.map is None and arguments.plot is None:
         return
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
-    from robots.pictures.trajectory import write_trajectory  # noqa: PLC0415
+    from robots.pictures.map_pictures import write_trajectory  # noqa: PLC0415
 
     grid = made.grid(resolution)
     if arguments.map is not None:

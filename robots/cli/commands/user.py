@@ -1,22 +1,106 @@
-"""Command ``ppaas user``: users of the cloud and their quotas."""
+"""Command ``ppaas user``: users of the cloud, their groups, quotas and passwords of Rapyuta."""
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, NotFound
 from robots.cli import event_loop
-from robots.cli.output import show
+from robots.cli.output import print_line, show, table
 from robots.cli.password import add_password_argument, read_password
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import user_groups
-from robots.cli.verbs.user_limits import add_limit_options, limit, show_user
-from robots.cli.verbs.user_rapyuta import add_rapyuta_options, set_rapyuta_password
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient
+
+
+def add_rapyuta_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_password_argument(parser)
+    parser.add_argument("--off", action="store_true", help="remove the password: no robot logs in by it any more")
+
+
+async def set_rapyuta_password(arguments: argparse.Namespace) -> None:
+    """Set or remove the password."""
+    client = logged_in(arguments)
+    password = None
+    if not arguments.off:
+        password = read_password(f"robots of {arguments.id}", arguments.password_file)
+    changed = await client.patch(path_of("users", arguments.id), {"rapyuta_password": password})
+    show(changed, ("id", "role", "rapyuta"), as_json=arguments.json)
+
+
+# -- quotas of users in ``ppaas user`` ---------------------------------------------------------------------------------
+
+DEFAULT = "default"
+COLUMNS = ("quota", "used", "limit", "own")
+LIMITS = {
+    "containers": "running containers: clones, planning, coordinators of people and traffic nodes",
+    "cores": "CPU cores of these containers together",
+    "robots": "registered robots",
+    "maps": "maps owned",
+    "plans_per_minute": "paths requested per minute",
+    "stored_bytes": "bytes of map files and URDFs",
+    "versions_per_map": "versions of one map",
+}
+
+
+def add_limit_options(parser: argparse.ArgumentParser) -> None:
+    """Add an option for each quota."""
+    for name, meaning in LIMITS.items():
+        kind = _cores if name == "cores" else _count
+        text = f"{meaning}; '{DEFAULT}' for the limit that applies to all users"
+        parser.add_argument(f"--{name.replace('_', '-')}", type=kind, metavar="NUMBER", help=text)
+
+
+async def limit(arguments: argparse.Namespace) -> None:
+    """Change the quotas of a user."""
+    given = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
+    if not given:
+        raise InvalidInput("nothing to change; give a limit, as --containers 8 or --containers default")
+    limits = {name: None if value == DEFAULT else value for name, value in given.items()}
+    user = await logged_in(arguments).patch(path_of("users", arguments.id), {"limits": limits})
+    show_detail(user, arguments)
+
+
+async def show_user(arguments: argparse.Namespace) -> None:
+    """Show a user with quotas and usage."""
+    show_detail(await logged_in(arguments).get(path_of("users", arguments.id)), arguments)
+
+
+def show_detail(user: dict[str, Any], arguments: argparse.Namespace) -> None:
+    """Print a user with quotas and usage."""
+    show(user, ("id", "role"), as_json=arguments.json)
+    if arguments.json:
+        return
+    rows = [
+        {"quota": name, "used": user["used"][name], "limit": user["quota"][name], "own": user["limits"][name]}
+        for name in LIMITS
+    ]
+    print_line("")
+    for line in table(rows, COLUMNS):
+        print_line(line)
+
+
+def _count(text: str) -> int | str:
+    if text == DEFAULT:
+        return DEFAULT
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be a whole number of 0 or more, or {DEFAULT!r}, not {text!r}")
+    return int(text)
+
+
+def _cores(text: str) -> float | str:
+    if text == DEFAULT:
+        return DEFAULT
+    cores = float(text)
+    if not (math.isfinite(cores) and cores >= 0.0):
+        raise argparse.ArgumentTypeError(f"must be a number of cores of 0 or more, or {DEFAULT!r}, not {text!r}")
+    return cores
+
 
 NAME = "user"
 HELP = "create, list, show, change, limit and delete users; change your password"
@@ -46,7 +130,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
     create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
-    user_groups.configure(verbs.add_parser("group", help="list, show or change groups of users (admin)"))
+    configure_group(verbs.add_parser("group", help="list, show or change groups of users (admin)"))
     add_limit_argument(listing)
     change.add_argument("--role", choices=ROLES)
     change.add_argument(
@@ -100,6 +184,48 @@ async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dic
     return {"old_password": old, "password": read_password(f"{me} (new)", arguments.password_file)}
 
 
+# -- groups of users, with which robots are shared ---------------------------------------------------------------------
+
+GROUP_COLUMNS = ("id", "members")
+NONE = "no groups; create one: ppaas user group NAME --add USER"
+
+
+def configure_group(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("group", nargs="?", help="name of a group; without it, list all groups (admin)")
+    parser.add_argument("--add", nargs="+", default=[], metavar="USER", help="add users; the first create the group")
+    parser.add_argument("--remove", nargs="+", default=[], metavar="USER", help="remove users")
+    parser.add_argument("--delete", action="store_true", help="delete the group; nothing is shared with it any more")
+    add_session_arguments(parser)
+
+
+async def group(arguments: argparse.Namespace) -> None:
+    """List, show, change or delete groups."""
+    client, changed = logged_in(arguments), {*arguments.add, *arguments.remove}
+    if arguments.group is None:
+        if changed or arguments.delete:
+            raise InvalidInput("name the group to change: ppaas user group NAME")
+        show(await client.items(path_of("groups")), GROUP_COLUMNS, as_json=arguments.json, if_none=NONE)
+        return
+    path = path_of("groups", arguments.group)
+    if arguments.delete:
+        if changed:
+            raise InvalidInput("a group that is deleted is not changed: give --delete alone")
+        await client.delete(path)
+        return
+    if not changed:
+        show(await client.get(path), GROUP_COLUMNS, as_json=arguments.json)
+        return
+    try:
+        members = set((await client.get(path))["members"])
+    except NotFound:
+        members = set()
+    members = (members | set(arguments.add)) - set(arguments.remove)
+    if not members:
+        raise InvalidInput(f"group {arguments.group!r} would have no members: delete it with --delete")
+    show(await client.put(path, {"members": sorted(members)}), GROUP_COLUMNS, as_json=arguments.json)
+
+
 _VERBS = {
     "create": _create,
     "list": USERS.list,
@@ -108,6 +234,6 @@ _VERBS = {
     "limit": limit,
     "delete": _delete,
     "logout": _logout,
-    "group": user_groups.group,
+    "group": group,
     "rapyuta": set_rapyuta_password,
 }

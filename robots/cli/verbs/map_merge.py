@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput
 from robots.cli.output import show
 from robots.cli.output_files import check_folder, write_file
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from ppaas.mapping.merging.merge import Merged
@@ -94,7 +94,6 @@ def _summary(merged: "Merged") -> dict[str, Any]:
 
 
 def _graph(path: Path) -> bytes:
-    """Return the pose graph of a map in a file."""
     file = path.with_suffix(POSEGRAPH)
     try:
         return file.read_bytes()

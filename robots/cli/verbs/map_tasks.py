@@ -7,7 +7,7 @@ from typing import Any
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 COLUMNS = ("id", "kind", "priority", "state", "robot", "visited", "reason")
 ALL_COLUMNS = (*COLUMNS, "places", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from robots.cli.output import cell, duration, table
 from robots.cli.session import add_interval_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from rich.console import Group

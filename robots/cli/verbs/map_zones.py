@@ -1,21 +1,54 @@
-"""Verb ``ppaas map zones``: shows the zones of a map, writes them to a file, replaces and removes them."""
+"""Verb ``ppaas map zones``: shows and draws the zones of a map, writes them to a file, replaces and removes them."""
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.clock import epoch
-from ppaas.errors import InvalidInput, InvalidZones
+from ppaas.errors import InvalidInput, InvalidZones, ZoneFault
 from robots.cli.output import print_line, print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.session import add_session_arguments, logged_in
 from robots.cli.verbs.map_versions import whole_version
-from robots.cli.zones_picture import check_zones_picture, draw_zones
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient
+
+
+def check_zones_picture(picture: Path | None) -> None:
+    """Raise ``InvalidInput`` if a picture has another ending than ``.png``."""
+    if picture is not None:
+        from robots.pictures.path import check_picture  # noqa: PLC0415 - pictures need more than the base install
+
+        check_picture(picture)
+
+
+async def draw_zones(
+    client: "RestClient", path: str, picture: Path | None, geojson: bytes, faults: Sequence[ZoneFault] = ()
+) -> None:
+    """Draw zones and their faults on a map as a PNG file, if one is named.
+
+    Parameters
+    ----------
+    client : RestClient
+    path : str
+        Path of the map or of a version of it.
+    picture : Path, optional
+    geojson : bytes
+    faults : sequence of ZoneFault
+    """
+    if picture is None:
+        return
+    # Pictures and maps need more than the base install.
+    from ppaas.maps.formats.map_files import load_map  # noqa: PLC0415
+    from robots.pictures.map_pictures import write_zones  # noqa: PLC0415
+
+    yaml, image = [await client.fetch(f"{path}/{part}") for part in ("yaml", "image")]
+    write_zones(picture, load_map(yaml, image), geojson, faults)
+
 
 COLUMNS = ("name", "kind", "detail", "times")
 CHECKED = ("zones",)

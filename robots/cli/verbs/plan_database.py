@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput
 from robots.cli.output import show
 from robots.cli.resource import merge_patch
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 FOUND = ("plan_id", "planner", "length", "cost", "seconds", "user", "robot", "created")
 PARTS = ("entry", "first", "count", "plans")

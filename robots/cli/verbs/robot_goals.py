@@ -6,7 +6,7 @@ from typing import Any
 from ppaas.errors import PPaaSError, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 GOAL_COLUMNS = ("id", "pose", "state", "text")
 STATE_COLUMNS = ("connected", "disconnected_since", "container", "pose", "localization", "goals")

@@ -9,7 +9,7 @@ from ppaas.errors import InvalidInput, PPaaSError
 from robots.cli.output import show
 from robots.cli.progress import Report, progress_bar
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient

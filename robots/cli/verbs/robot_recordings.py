@@ -9,7 +9,7 @@ from ppaas.errors import Conflict, InvalidInput
 from robots.cli.output import show
 from robots.cli.output_files import check_folder
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient

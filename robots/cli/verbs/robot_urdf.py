@@ -8,7 +8,7 @@ from typing import Any
 
 from robots.cli.output import print_warnings, show
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 DESCRIPTION = (
     "base_frame", "circumscribed_radius", "inscribed_radius", "height", "max_vel_x", "max_vel_theta", "sensors",

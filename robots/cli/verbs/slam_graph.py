@@ -17,8 +17,7 @@ from ppaas.mapping.graph.g2o import GraphFile, parse_g2o
 from ppaas.mapping.graph.pose_graph import EdgeKind, components
 from ppaas.mapping.graph.robust_weights import TRUSTED
 from ppaas.mapping.graph.solver import Choice, GraphSolver, Robust, SolverOptions, solve_any_start
-from robots.recordings.bags.files import has_bag_name
-from robots.recordings.bags.uncompressed import SUFFIXES, UncompressedFile
+from robots.recordings.files import SUFFIXES, UncompressedFile, has_bag_name
 
 ENDING = ".g2o"
 """Ending of the names of pose graphs."""

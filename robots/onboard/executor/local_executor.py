@@ -1,11 +1,15 @@
-"""Local executor: runs nodes in their own process, so a planning or crashing node does not block the robot's program.
+"""Local executor: runs nodes in a separate process, so a busy or crashing node does not block the robot's program.
 
 It reads commands from its standard input and writes answers and messages to its standard output. It exits when the
 parent closes its input.
+
+It drives a short simulated way before the first node is taken over, which compiles all kernels.
 """
 
 import asyncio
+import contextlib
 import logging
+import math
 import os
 import sys
 from collections.abc import Callable
@@ -15,6 +19,7 @@ from typing import TypeVar
 import msgspec
 
 from ppaas.change_log import LogEntry
+from ppaas.clock import ManualClock
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.build_layers import build_layers
@@ -25,7 +30,10 @@ from ppaas.log_lines import log_lines
 from ppaas.maps.occupancy import from_message
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.base.message import Message
-from ppaas.messages.nav_msgs import OccupancyGrid
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.nav_msgs import OccupancyGrid, Odometry
+from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import TURN, LongWork, Work
@@ -33,7 +41,57 @@ from ppaas.nodes.map_server.node import KEEPOUT_MASK, SPEED_MASK
 from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import NO_ZONES
 from robots.onboard.executor import protocol
-from robots.onboard.executor.warm_up import warm_up
+
+CYCLES = 30
+"""Number of sensor cycles."""
+PERIOD = 0.05
+"""Simulated time of a cycle [s]."""
+BEAMS = 360
+"""Number of beams of the simulated scan."""
+EPOCH = 1e9
+"""Stamp of the start [seconds since the epoch]."""
+
+
+def warm_up(build: Callable[[Graph], None], initial_pose: Pose2D) -> None:
+    """Drive a clone for a moment in simulated time.
+
+    Parameters
+    ----------
+    build : callable
+        Adds all nodes of the clone to a graph.
+    initial_pose : Pose2D
+        Pose of the robot in the frame ``map``.
+    """
+    clock = ManualClock()
+    graph = Graph(clock=clock, stamp_clock=lambda: EPOCH + clock())
+    build(graph)
+    ahead = initial_pose @ Pose2D(0.5, 0.0, 0.0)
+    for cycle in range(CYCLES):
+        clock.advance(PERIOD)
+        # The pose may be inside an obstacle: the warm-up then covers less, which is not an error.
+        with contextlib.suppress(PPaaSError):
+            _sense(graph, 0.02 * cycle)
+            if cycle == CYCLES // 3:
+                graph.inject("move_base_simple/goal", PoseStamped(Header(frame_id="map"), Pose.of(ahead)))
+            graph.run_due()
+
+
+def _sense(graph: Graph, travelled: float) -> None:
+    stamp = Time.of(graph.now())
+    pose = PoseWithCovariance(Pose.of(Pose2D(travelled, 0.0)))
+    odometry = Odometry(Header(stamp=stamp, frame_id="odom"), "base_link", pose, TwistWithCovariance(Twist()))
+    graph.inject("odom", odometry)
+    scan = LaserScan(
+        Header(stamp=stamp, frame_id="base_link"),
+        angle_min=-math.pi,
+        angle_max=math.pi,
+        angle_increment=2.0 * math.pi / BEAMS,
+        range_min=0.1,
+        range_max=8.0,
+        ranges=[2.0] * BEAMS,
+    )
+    graph.inject("scan", scan)
+
 
 logger = logging.getLogger(__name__)
 

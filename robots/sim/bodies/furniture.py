@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, GridMap
 from robots.sim.bodies.body import SEAT
-from robots.sim.depth.mirrors import Mirror
-from robots.sim.depth.shapes import Shapes, box, capsule, ellipsoid, nothing, shapes_of
+from robots.sim.depth.shapes import Mirror, Shapes, box, capsule, ellipsoid, nothing, shapes_of
 
 CHAIR, TABLE, COAT_STAND, COLUMN, POSTER, MIRROR = "chair", "table", "coat_stand", "column", "poster", "mirror"
 """Kinds of furniture."""

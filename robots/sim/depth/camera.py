@@ -20,8 +20,7 @@ from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped
 from ppaas.messages.sensor_msgs import CameraInfo, Image
 from ppaas.messages.tf2_msgs import TFMessage
 from robots.sim.depth.kernels import render as kernels
-from robots.sim.depth.mirrors import Mirror, ranges_to, reflected_ranges
-from robots.sim.depth.shapes import BOX, Shapes, nothing
+from robots.sim.depth.shapes import BOX, Mirror, Shapes, nothing, ranges_to, reflected_ranges
 
 Floats = NDArray[np.float64]
 DepthImage = NDArray[np.uint16]

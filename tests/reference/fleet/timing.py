@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 
 from ppaas.fleet.roadmap import Roadmap
-from tests.reference.fleet import turns
+from tests.reference.fleet import searches
 
 Steps = Sequence[Sequence[int]]
 Stay = tuple[int, float, float]
@@ -20,7 +20,7 @@ def times(roadmap: Roadmap, steps: Steps, moves: Sequence[float], turn: float) -
         if step == 0 or steps[step][robot] == steps[step - 1][robot]:
             return reached(step - 1, robot) if step else 0.0
         cell, path = steps[step][robot], [row[robot] for row in steps[: step + 1]]
-        turned = turns.count(roadmap, path) - turns.count(roadmap, path[:-1])
+        turned = searches.count(roadmap, path) - searches.count(roadmap, path[:-1])
         others = [other for other in range(len(moves)) if other != robot]
         left = [
             reached(late + 1, other)
@@ -65,7 +65,7 @@ def hasty(
     for robot, move in enumerate(moves):
         path = [row[robot] for row in steps]
         for step in range(1, len(path)):
-            turned = turns.count(roadmap, path[: step + 1]) - turns.count(roadmap, path[:step])
+            turned = searches.count(roadmap, path[: step + 1]) - searches.count(roadmap, path[:step])
             needed = move + turn * turned if path[step] != path[step - 1] else 0.0
             if found[step][robot] - found[step - 1][robot] < needed:
                 faults.append((step, robot))

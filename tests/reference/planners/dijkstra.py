@@ -1,6 +1,10 @@
-"""Slow, obvious twins of the cost field: its definition, with a heap and in float64."""
+"""Slow, obvious twins of the cost field, of Theta*, and of the queue of tiles.
+
+The cost field is its definition, with a heap and in float64.
+"""
 
 import heapq
+import itertools
 import math
 
 import numpy as np
@@ -89,3 +93,88 @@ def fixed_field(costs: NDArray[np.uint8], goals: list[tuple[int, int]], allow_un
                         field[r][c] = field[row][column] + step
                         changed = True
     return [[-1 if math.isinf(value) else int(value) for value in line] for line in field]
+
+
+Cell = tuple[int, int]
+
+
+def crossed(begin: Cell, end: Cell) -> tuple[list[tuple[Cell, float]], list[Cell]]:
+    """Return the cells on a line between two centres with their shares of it, and the cells that it only touches.
+
+    The crossings of cell borders are computed in integers; between two crossings the line is in one cell.
+    """
+    down, right = end[0] - begin[0], end[1] - begin[1]
+    rows, columns = max(abs(down), 1), max(abs(right), 1)
+    whole = 2 * rows * columns
+    across = {(2 * i - 1) * columns for i in range(1, abs(down) + 1)}
+    along = {(2 * i - 1) * rows for i in range(1, abs(right) + 1)}
+    inside, touched = [], []
+    for first, last in itertools.pairwise(sorted({0, whole} | across | along)):
+        cell = tuple(
+            (2 * whole * at + whole + step * (first + last)) // (2 * whole)
+            for at, step in zip(begin, (down, right), strict=True)
+        )
+        if first in across & along:
+            before = inside[-1][0]
+            touched += [(before[0], cell[1]), (cell[0], before[1])]
+        inside.append((cell, (last - first) / whole))
+    return inside, touched
+
+
+def line(costs: NDArray[np.uint8], begin: Cell, end: Cell, allow_unknown: bool = True) -> float:
+    """Return the integral of the weights along a line; infinite if it meets a blocked cell."""
+    inside, touched = crossed(begin, end)
+    met = [cell for cell, _ in inside] + touched
+    if any(math.isinf(weight(int(costs[cell]), allow_unknown)) for cell in met):
+        return math.inf
+    return math.dist(begin, end) * sum(weight(int(costs[cell]), allow_unknown) * share for cell, share in inside)
+
+
+def cheapest(costs: NDArray[np.uint8], start: Cell, goal: Cell, allow_unknown: bool = True) -> float:
+    """Return the cost of the cheapest path of lines between cells, by trying all lines."""
+    best = {start: 0.0}
+    queue = [(0.0, start)]
+    done: set[Cell] = set()
+    while queue:
+        cost, cell = heapq.heappop(queue)
+        if cell == goal:
+            return cost
+        if cell in done:
+            continue
+        done.add(cell)
+        for other in np.ndindex(costs.shape):
+            reached = cost + line(costs, cell, other, allow_unknown) if other not in done else math.inf
+            if reached < best.get(other, math.inf):
+                best[other] = reached
+                heapq.heappush(queue, (reached, other))
+    return math.inf
+
+
+class Waiting:
+    """Queued tiles with their keys, and the reasons for which they were woken."""
+
+    def __init__(self) -> None:
+        self.keys: dict[int, int] = {}
+        self.reasons: dict[int, set[int]] = {}
+        self.busy: set[int] = set()
+
+    def wake(self, tile: int, key: int, reason: int) -> bool:
+        """Queue a tile with a key, or lower its key to it; return whether it was idle."""
+        idle = tile not in self.keys and tile not in self.busy
+        self.keys[tile] = min(key, self.keys.get(tile, key))
+        self.reasons.setdefault(tile, set()).add(reason)
+        return idle
+
+    def least(self) -> int | None:
+        """Return the least key of the queued tiles that are not being worked on."""
+        return min((key for tile, key in self.keys.items() if tile not in self.busy), default=None)
+
+    def take(self, tile: int) -> tuple[int, set[int]]:
+        """Take a tile from the queue; return its key and its reasons."""
+        self.busy.add(tile)
+        return self.keys.pop(tile), self.reasons.pop(tile)
+
+    def let_go(self, tile: int) -> bool:
+        """End the work on a tile; return whether it is queued again."""
+        self.busy.remove(tile)
+        return tile in self.keys

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of `ppaas.plans.encoding`: plans as bytes and index keys, one at a time."""
+"""Slow, obvious twins of plans as bytes, index keys and chunks, and of the cells that a path crosses."""
 
 import itertools
 import math
@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 
+from ppaas.maps.grid import GridInfo
 from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
 
 EDGE, SUBCELLS = 0.5, 64
@@ -127,3 +128,41 @@ def may_join(ends, places, tolerance: float) -> bool:
         begin = math.floor(end / width) * width
         apart.append(max(begin - place, place - begin - width, 0.0))
     return max(math.hypot(*apart[:2]), math.hypot(*apart[2:])) <= tolerance
+
+
+Cell = tuple[int, int]
+
+
+def cells_on(info: GridInfo, points: list[list[float]], pieces: int = 1000) -> set[Cell]:
+    """Return the cells of ``pieces`` points on each straight line of a path.
+
+    Points on a border between cells, within rounding, do not count.
+    """
+    found = set()
+    for (x0, y0), (x1, y1) in itertools.pairwise(points):
+        fraction = np.linspace(0.0, 1.0, pieces + 1)
+        line = np.stack((x0 + (x1 - x0) * fraction, y0 + (y1 - y0) * fraction), axis=1)
+        off = 1e-6 * info.resolution
+        nearby = [info.to_cells(line + shift) for shift in ((off, off), (-off, off), (off, -off), (-off, -off))]
+        inside = np.all([np.all(each == nearby[0], axis=1) for each in nearby], axis=0)
+        found |= {(row, column) for row, column in nearby[0][inside].tolist()}
+    return found
+
+
+def cuts(hashes: list[int], granularity: int) -> list[int]:
+    """Return the waypoints before which a plan is cut: local maxima of the hashes, the last of equal ones."""
+    first, last = 1, len(hashes) - 2
+    if last - first < granularity:
+        return []
+    found = [first]
+    for at in range(first + granularity, last - granularity):
+        before = hashes[at - granularity : at]
+        behind = hashes[at + 1 : at + granularity + 1]
+        if hashes[at] >= max(before) and hashes[at] > max(behind):
+            found.append(at)
+    return [*found, last]
+
+
+def near(first, last, start, goal, tolerance: float) -> bool:
+    """Return whether both ends of a plan are near two positions."""
+    return math.dist(first, start) <= tolerance and math.dist(last, goal) <= tolerance

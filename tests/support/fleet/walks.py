@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ppaas.fleet.roadmap import Roadmap
-from tests.reference.fleet.joint_search import has_ring
+from tests.reference.fleet.searches import has_ring
 
 
 @st.composite

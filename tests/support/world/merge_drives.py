@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.mapping.ring import LAP, walls
 from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
+from benchmarks.mapping.small_worlds import LAP, walls
 from ppaas.geometry import Pose2D
 from ppaas.mapping.pipeline.offline import map_log
 from ppaas.mapping.serialization.mapping import Mapping

@@ -2,6 +2,6 @@
 
 from functools import cache
 
-from benchmarks.mapping import ring
+from benchmarks.mapping import small_worlds
 
-ring_drive = cache(ring.ring_drive)
+ring_drive = cache(small_worlds.ring_drive)

@@ -16,8 +16,9 @@ BENCHES = ENTRIES[GROUP]
 
 
 @pytest.mark.parametrize(("name", "value"), BENCHES.items())
-def test_every_bench_is_a_module_of_its_name(name: str, value: str) -> None:
-    assert value in (f"benchmarks.commands.{name}", f"benchmarks.{name}.command")
+def test_every_bench_is_a_module_or_a_class_of_its_name(name: str, value: str) -> None:
+    module, _, bench_class = value.partition(":")
+    assert bench_class == name.capitalize() or module in (f"benchmarks.commands.{name}", f"benchmarks.{name}.command")
     bench = EntryPoint(name, value, GROUP).load()
     assert bench.HELP
     assert callable(bench.configure)
@@ -32,7 +33,8 @@ def test_every_other_plugin_of_the_benches_can_be_loaded() -> None:
 
 def test_every_module_of_commands_is_registered() -> None:
     folder = ROOT / "benchmarks" / "commands"
-    registered = {name for name, value in BENCHES.items() if value.startswith("benchmarks.commands.")}
+    modules = {value.partition(":")[0] for value in BENCHES.values()}
+    registered = {name.rpartition(".")[2] for name in modules if name.startswith("benchmarks.commands.")}
     assert {file.stem for file in folder.glob("*.py")} - {"__init__"} == registered
 
 

@@ -2,7 +2,7 @@
 
 import json
 
-from benchmarks.bridge.cloud_stand_in import TOPICS, cloud_stand_in
+from benchmarks.bridge.measurement import TOPICS, cloud_stand_in
 from robots.bridges.core.cloud_link import CloudLink
 from tests.support.waiting import until
 

@@ -12,10 +12,9 @@ from typing import cast
 import psutil
 import pytest
 
-from benchmarks.chaos import faults, injector
+from benchmarks.chaos import faults
 from benchmarks.chaos.cloud_processes import CloudProcessInfo
-from benchmarks.chaos.faults import CloudSize, FaultKind
-from benchmarks.chaos.injector import Injector
+from benchmarks.chaos.faults import CloudSize, FaultKind, Injector
 from robots.client.rest import RestClient
 from tests.support.waiting import until
 
@@ -31,8 +30,8 @@ def victim() -> Iterator[psutil.Process]:
 @pytest.fixture
 def injecting(victim: psutil.Process, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Injector:
     """Return an injector that does one fault: it stops the victim."""
-    monkeypatch.setattr(injector, "cloud_processes", lambda _: [CloudProcessInfo(victim, "router", "local")])
-    monkeypatch.setattr(injector, "deck", lambda *_, **__: iter([FaultKind("router", "stop")] * 9))
+    monkeypatch.setattr(faults, "cloud_processes", lambda _: [CloudProcessInfo(victim, "router", "local")])
+    monkeypatch.setattr(faults, "deck", lambda *_, **__: iter([FaultKind("router", "stop")] * 9))
     return Injector(cast(RestClient, None), tmp_path, Random(1), CloudSize(1), pytest.fail)
 
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.cloud_processes import MACHINES, OWN, STANDBY, cloud_processes
-from benchmarks.chaos.leftovers import ZOMBIE_GRACE, Leftovers
+from benchmarks.chaos.cloud_processes import MACHINES, OWN, STANDBY, ZOMBIE_GRACE, Leftovers, cloud_processes
 from ppaas.clock import ManualClock
 
 WAIT = "import sys; sys.stdin.read()"

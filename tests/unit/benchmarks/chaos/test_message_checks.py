@@ -2,8 +2,7 @@
 
 import pytest
 
-from benchmarks.chaos.message_checks import MessageChecks
-from benchmarks.chaos.silences import Gap
+from benchmarks.chaos.message_checks import Gap, MessageChecks
 
 
 @pytest.fixture

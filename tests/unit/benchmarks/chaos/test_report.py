@@ -3,6 +3,7 @@
 import msgspec
 
 from benchmarks.chaos.faults import InjectedFault
+from benchmarks.chaos.message_checks import Gap
 from benchmarks.chaos.report import (
     LONGEST,
     NO_FAULT,
@@ -15,7 +16,6 @@ from benchmarks.chaos.report import (
     longest_silences,
     strays_of,
 )
-from benchmarks.chaos.silences import Gap
 
 
 def report(*wrong: str) -> ChaosReport:

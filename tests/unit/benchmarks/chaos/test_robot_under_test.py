@@ -9,6 +9,7 @@ import pytest
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
+from benchmarks.chaos.message_checks import FAR, Gap, Silences, Strays
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
@@ -104,3 +105,34 @@ async def test_results_of_goals_by_which_a_robot_gives_way_are_not_those_of_its_
         await end(server, "r", *goals_of(server))
     assert errors == ["r received the result of a goal that it never sent: r-goal-7"]
     assert (one.sender.goals.sent, one.sender.goals.endings["result"]) == (1, 1)
+
+
+def test_silences_before_between_and_after_control_cycles_are_measured() -> None:
+    silences = Silences()
+    silences.heard(1.0)
+    silences.goal_sent(3.0)
+    for now in (4.0, 4.25, 4.5, 6.5):
+        silences.heard(now)
+    silences.goal_ended(8.0)
+    silences.heard(20.0)
+    assert silences.gaps == [Gap(3.0, 4.0), Gap(4.5, 6.5), Gap(6.5, 8.0)]
+    assert silences.gaps[1].seconds == pytest.approx(2.0)
+
+
+def test_no_gap_is_recorded_if_all_cycles_are_received() -> None:
+    silences = Silences()
+    silences.goal_sent(0.0)
+    for cycle in range(40):
+        silences.heard(0.05 * cycle)
+    silences.goal_ended(2.0)
+    assert silences.gaps == []
+
+
+def test_a_robot_is_astray_from_its_first_far_pose_until_the_next_near_one() -> None:
+    strays = Strays()
+    for now, metres in enumerate((0.1, FAR, 5.0, 0.3, 0.2, 2.0)):
+        strays.look(metres, float(now))
+    assert strays.gaps == [Gap(1.0, 3.0)]
+    strays.end(9.0)
+    strays.end(10.0)
+    assert strays.gaps == [Gap(1.0, 3.0), Gap(5.0, 9.0)]

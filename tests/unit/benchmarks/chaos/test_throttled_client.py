@@ -5,7 +5,7 @@ import contextlib
 
 import pytest
 
-from benchmarks.chaos.throttled_client import THROTTLES, ThrottledClient
+from benchmarks.chaos.clients import THROTTLES, ThrottledClient
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.base.std_msgs import Header, Time

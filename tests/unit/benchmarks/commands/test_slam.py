@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from benchmarks.commands import slam
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.mapping.parts import suite
 from benchmarks.mapping.parts.part import SlamOptions
 

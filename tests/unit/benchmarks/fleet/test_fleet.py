@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 from rich.progress import Progress
 
-from benchmarks.fleet import cases, command
-from benchmarks.fleet.traffic import measure as traffic
+from benchmarks.fleet import cases, command, traffic
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
 

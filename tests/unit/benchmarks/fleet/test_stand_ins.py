@@ -8,11 +8,9 @@ import pytest
 from rich.progress import Progress
 
 from benchmarks.fleet import command
-from benchmarks.fleet.stand_ins import faults, hall, measure, strips
-from benchmarks.fleet.stand_ins.contacts import Contacts
-from benchmarks.fleet.stand_ins.network import Network
-from benchmarks.fleet.stand_ins.reported_cases import CASES
-from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
+from benchmarks.fleet.stand_ins import hall, measure, strips
+from benchmarks.fleet.stand_ins.simulation import Contacts, Network, Simulation, roadmap_of
+from benchmarks.fleet.stand_ins.strips import CASES
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
 
@@ -66,12 +64,12 @@ def test_robots_that_do_not_get_on_for_a_minute_are_in_a_deadlock() -> None:
 
 def test_a_robot_that_is_pushed_off_its_way_is_led_back() -> None:
     simulation = driving(10.0)
-    assert 0.0 < faults.push_one(simulation) < 20.0
+    assert 0.0 < measure.push_one(simulation) < 20.0
     assert simulation.contacts.count == 0
 
 
 def test_the_next_node_grants_within_two_seconds() -> None:
-    assert faults.restart_node(driving(10.0)) <= measure.GRANTS_AGAIN
+    assert measure.restart_node(driving(10.0)) <= measure.GRANTS_AGAIN
 
 
 def test_all_figures_of_stand_ins_are_told(monkeypatch: pytest.MonkeyPatch) -> None:

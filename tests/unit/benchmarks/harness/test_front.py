@@ -2,12 +2,14 @@
 
 import asyncio
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 
 import pytest
 
+from benchmarks.harness import free_ports as module
 from benchmarks.harness import front
-from benchmarks.harness.free_ports import free_ports
+from benchmarks.harness.free_ports import END, LOWEST, free_ports
 from benchmarks.harness.front import Front
 from robots.client.rest import RestClient
 from tests.support.waiting import until
@@ -57,3 +59,20 @@ async def test_new_connections_reach_the_cloud_that_is_ready(monkeypatch: pytest
         first.ready = True
         await until(lambda: before.changes == 2)
         assert (await rest.get("/v1/robots"))["of"] == "cloud 0"
+
+
+def test_consecutive_free_ports_are_returned() -> None:
+    ports = free_ports(3)
+    assert ports == list(range(ports[0], ports[0] + 3))
+    assert ports[0] >= LOWEST and ports[-1] < END
+    for port in ports:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+
+
+def test_a_range_with_a_port_in_use_is_skipped(monkeypatch) -> None:
+    first = free_ports(4)[0]
+    places = iter([first - LOWEST, first - LOWEST + 2])
+    monkeypatch.setattr(module.secrets, "randbelow", lambda _: next(places))
+    with socket.create_server(("127.0.0.1", first + 1)):
+        assert free_ports(2) == [first + 2, first + 3]

@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from benchmarks.harness.http_clients import Requests
+from benchmarks.harness.plan_calls import Requests
 from ppaas.errors import Unavailable
 
 

@@ -5,16 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.localization.drift import drifting
-from benchmarks.localization.log_map import map_of
-from benchmarks.localization.picture import ERROR, draw
-from benchmarks.localization.replay import Replay, play, summary
+from benchmarks.localization.replay import ERROR, Replay, draw, drifting, map_of, play, summary
 from benchmarks.localization.run import LOST
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
-from robots.recordings.carmen_logs import read_log
 from robots.recordings.recording import Recording
+from robots.recordings.text_logs import read_log
 from tests.support.world.drive_log import ROOM, graph_log
 
 

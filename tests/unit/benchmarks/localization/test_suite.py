@@ -2,8 +2,7 @@
 
 import pytest
 
-from benchmarks.localization.run import Kind, LocalizationJob, LocalizationResult, drive
-from benchmarks.localization.suite import measure, summary
+from benchmarks.localization.run import Kind, LocalizationJob, LocalizationResult, drive, measure, summary
 from ppaas.maps.generate import office
 
 GRID = office(seed=1, width=12.0, height=10.0)

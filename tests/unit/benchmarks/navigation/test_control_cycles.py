@@ -5,6 +5,7 @@ from itertools import count
 import numpy as np
 import pytest
 
+from benchmarks.navigation import clone_cpu
 from benchmarks.navigation.control_cycles import WINDOW, Cycles, Setup, measure, setups, summary, window
 from ppaas.controllers.registry import controller_names
 from ppaas.costmap.build_layers import build_layers
@@ -55,3 +56,15 @@ def test_the_window_is_centred_at_the_robot_and_unknown_off_the_map(grid: GridMa
 def test_a_planner_without_a_cycle_is_an_error() -> None:
     with pytest.raises(PPaaSError, match="hands started at each of its goals"):
         summary([Cycles(Setup("hands", "hands"))])
+
+
+def test_a_clone_is_measured_while_its_robot_drives() -> None:
+    laps: list[None] = []
+    spent = clone_cpu.measure(1, 3, done=lambda: laps.append(None))
+    assert spent.commands >= 15 and len(spent.frames) == 30 and laps
+    told = {str(row["work"]): float(str(row["ms"])) for row in clone_cpu.rows(spent)}
+    causes = [told[cause] for cause in clone_cpu.CAUSES]
+    assert min(causes) > 0.0 and abs(told["in all"] - sum(causes)) < 0.1
+    parts = [ms for work, ms in told.items() if work.startswith(("node ", "links"))]
+    assert abs(told["in all"] - sum(parts)) < 0.5
+    assert told["json, the same frames"] > 0.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks.people import detector
+from benchmarks.people import detector, legs
 from benchmarks.people.bandwidth import CountingProxy
 from benchmarks.people.options import PeopleOptions
 from benchmarks.people.torso.recorded import FOCAL, recorded_images
@@ -78,3 +78,15 @@ async def test_the_proxy_counts_the_bytes_of_each_direction() -> None:
         assert await reader.read() == b"no"
         writer.close()
     assert (proxy.up, proxy.down) == (5, 2)
+
+
+def test_the_part_reports_recall_by_distance_and_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("SECONDS", 2.5), ("OFFICE", (14.0, 11.0)), ("PEOPLE", 14)):
+        monkeypatch.setattr(legs, name, value)
+    figures, rows, [counts] = legs.measure(PeopleOptions(quick=True, seed=2))
+    assert [figure.unit for figure in figures] == ["", "", "m", "ms"]
+    assert [row["distance"] for row in rows] == ["0–1 m", "1–2 m", "2–3 m", "3–4 m"]
+    people = sum(int(row["people"]) for row in rows)
+    assert people > 0
+    assert people == sum(number for name, number in counts.items() if name.startswith(("seen", "missed")))
+    assert figures[0].value > 0.5

@@ -7,10 +7,8 @@ import pytest
 
 from benchmarks.placement.arrivals import events, generated
 from benchmarks.placement.growth import ROWS, Grown, rows
-from benchmarks.placement.rare_events import REFUSED, time_rare_events
-from benchmarks.placement.simulated_cloud import SimulatedCloud, Sizes
-from benchmarks.placement.takeover import adopt, write_registrations
-from benchmarks.placement.timed_master import Cost, timed_collections
+from benchmarks.placement.growth_process import REFUSED, adopt, time_rare_events, write_registrations
+from benchmarks.placement.simulated_cloud import Cost, SimulatedCloud, Sizes, timed_collections
 
 
 @pytest.fixture

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import pytest
+from rich.progress import Progress
 
-from benchmarks.planners import report
+from benchmarks.planners import report, scaling, suite
 from ppaas.errors import InvalidInput
 
 PAGE = f"# Page\n\n{report.BEGIN}\nold\n{report.END}\n\nafter\n"
@@ -50,3 +51,29 @@ def test_stored_measurements_are_read_again(tmp_path: Path) -> None:
         report.read(file)
     with pytest.raises(InvalidInput, match="cannot write"):
         report.keep(tmp_path / "none" / "measured.json", {})
+
+
+def test_speed_ups_are_shown_with_their_targets() -> None:
+    measurement = {
+        "grid": "random 20 % 4096²", "reached": 1000, "seconds": {"1": 2e-6, "2": 1e-6},
+        "ns_per_cell": {"1": 2.0, "2": 1.0}, "again_seconds": {"1": 2e-6, "2": 1e-6},
+        "beside": {"navfn": 2e-5}, "left_out": {"tcod": "not installed"},
+    }  # fmt: skip
+    text = report.render({"fields": [measurement]})
+    assert "| random 20 % 4096² | 1 | 10 |  | 7.2 × navfn, 33 × tcod | 20 |  |" in text
+    assert "| random 20 % 4096² | 2 | 20 |  | 13 × navfn, 60 × tcod | 20 |  |" in text
+    assert "- tcod on random 20 % 4096²: not installed" in text
+
+
+@pytest.mark.parametrize(("load", "warned"), [(0.2, False), (1.5, True)])
+def test_measurements_on_a_busy_machine_are_marked(load: float, warned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suite.os, "getloadavg", lambda: (load, 0.0, 0.0))
+    text = report.render({"machine": [suite.describe() | {"quick": False}]})
+    assert text.startswith("Measured on ") and ("not suitable for comparison" in text) == warned
+
+
+def test_the_spread_is_the_ratio_of_times_of_large_grids() -> None:
+    with Progress(disable=True) as progress:
+        result = scaling.measure(["empty"], [64, 512, 600], [1], progress)
+    _, first, second = result["ns_per_cell"]["empty"]["1"]
+    assert result["spread"]["empty"]["1"] == max(first, second) / min(first, second)

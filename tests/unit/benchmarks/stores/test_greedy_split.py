@@ -1,6 +1,6 @@
 """Greedy deduplication counts the waypoints that it would store."""
 
-from benchmarks.stores.greedy_split import GreedySplit
+from benchmarks.stores.baselines import GreedySplit
 
 
 def test_a_stored_plan_adds_no_waypoints() -> None:

@@ -5,7 +5,8 @@ from typing import Any
 import psutil
 import pytest
 
-from benchmarks.wire import command, frame_cpu, half_open, idle_memory, latency, suite, two_endpoints
+from benchmarks.commands.cloud import Wire
+from benchmarks.wire import half_open, latency, load, suite, two_endpoints
 from benchmarks.wire.echo_runtime import NO_PROCESS, VELOCITY, Echo
 from benchmarks.wire.load import FrameCosts, frame_costs
 from benchmarks.wire.site import BEAMS, scan_frame
@@ -54,7 +55,7 @@ def test_no_process_has_the_id_of_a_task() -> None:
 
 
 def test_the_command_names_the_parts_of_the_bench() -> None:
-    assert (*suite.PARTS, two_endpoints.PART) == command.PARTS
+    assert (*suite.PARTS, two_endpoints.PART) == Wire.PARTS
 
 
 def test_added_latency_is_the_difference_of_medians() -> None:
@@ -66,13 +67,13 @@ def test_added_latency_is_the_difference_of_medians() -> None:
 
 
 def test_the_ratio_of_cpu_times_is_that_of_loads_in_turn() -> None:
-    ratio = frame_cpu.figures([(300.0, 100.0), (200.0, 100.0), (400.0, 200.0)], 1)[-1]
+    ratio = load.cpu_figures([(300.0, 100.0), (200.0, 100.0), (400.0, 200.0)], 1)[-1]
     assert (ratio.value, ratio.least, ratio.most, ratio.kept) == (2.0, 2.0, 3.0, True)
 
 
 def test_idle_memory_has_its_bar() -> None:
-    assert [figure.kept for figure in idle_memory.figures(61.0, 20.0, 1000, 1)] == [False, None]
-    assert idle_memory.figures(60.0, 20.0, 1000, 2)[0].kept
+    assert [figure.kept for figure in load.memory_figures(61.0, 20.0, 1000, 1)] == [False, None]
+    assert load.memory_figures(60.0, 20.0, 1000, 2)[0].kept
 
 
 def test_a_request_without_an_answer_among_half_open_connections_misses_the_limit() -> None:

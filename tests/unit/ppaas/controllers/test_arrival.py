@@ -12,7 +12,7 @@ from ppaas.controllers.pure_pursuit import PurePursuit
 from ppaas.costmap.costmap import Costmap
 from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D, wrap_angle
-from tests.reference.driving.outline import outline_distance
+from tests.reference.driving.controllers import outline_distance
 from tests.support.world import grids
 from tests.support.world.driving import Unicycle, along_x
 

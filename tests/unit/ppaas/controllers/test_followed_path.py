@@ -12,7 +12,7 @@ from ppaas.controllers.kernels import followed_path as kernels
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.maps.grid import GridInfo
-from tests.reference.driving import followed_path as twin
+from tests.reference.driving import controllers as twin
 from tests.support.world import grids
 
 

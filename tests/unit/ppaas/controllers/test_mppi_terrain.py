@@ -22,7 +22,7 @@ from ppaas.geometry import Pose2D, poses_along
 from ppaas.maps.grid import GridInfo
 from ppaas.maps.kernels.distance import distance_serial
 from ppaas.parameters import read_parameters
-from tests.reference.driving import mppi as twin
+from tests.reference.driving import controllers as twin
 from tests.support.world import grids
 
 PARAMETERS = MppiParameters(max_vel_x=0.5)

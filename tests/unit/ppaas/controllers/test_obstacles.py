@@ -10,8 +10,8 @@ from ppaas.controllers.drive_parameters import body_of
 from ppaas.controllers.kernels.clearance import REACH, clearance, clearance_along, warm
 from ppaas.controllers.obstacles import distance_to_lethal
 from ppaas.maps.kernels.distance import distance_serial
-from tests.reference.driving import outline as twin
-from tests.reference.driving import pursuit
+from tests.reference.driving import controllers as pursuit
+from tests.reference.driving import controllers as twin
 from tests.support.world import grids
 
 

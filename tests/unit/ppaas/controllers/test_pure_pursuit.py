@@ -20,7 +20,7 @@ from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORM
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.parameters import read_parameters
-from tests.reference.driving import pursuit as twin
+from tests.reference.driving import controllers as twin
 from tests.support.world import driving, grids
 from tests.support.world.driving import (
     BOX,

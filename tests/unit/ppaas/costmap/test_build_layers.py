@@ -12,7 +12,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import GridInfo, GridMap
-from tests.reference.maps.static_costmap import static_costmap
+from tests.reference.maps.costmaps import static_costmap
 from tests.support.budget import examples
 from tests.support.world.maps import grid_maps, real_map
 

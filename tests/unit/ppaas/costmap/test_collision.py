@@ -10,7 +10,7 @@ from ppaas.costmap.volume import Box, Cylinder
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import poses_along, quaternion_of
 from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN
-from tests.reference.maps import voxel_costs as twin
+from tests.reference.maps import costmaps
 from tests.support.world import voxels
 
 TURTLEBOT = Cylinder(0.18, 0.42)
@@ -46,11 +46,11 @@ VOLUMES = st.one_of(
 @given(voxels.grid_arrays(), VOLUMES, COORDINATES, COORDINATES, COORDINATES, st.floats(-4.0, 4.0))
 def test_collision_agrees_with_the_twin(data, volume, x, y, z, yaw):
     grid = voxels.grid(data, 0.15)
-    expected = {twin.hits(data, 0.15, volume, (x, y, z + lift, yaw)) for lift in (-1e-6, 0.0, 1e-6)}
+    expected = {costmaps.hits(data, 0.15, volume, (x, y, z + lift, yaw)) for lift in (-1e-6, 0.0, 1e-6)}
     hit = collides_along(grid, volume, np.array([pose(x, y, z, yaw)])) == 0
     if not volume.half_length:
         slim = Cylinder(volume.radius - 1e-6, volume.height)
-        expected.add(twin.hits(data, 0.15, slim, (x, y, z, yaw)))
+        expected.add(costmaps.hits(data, 0.15, slim, (x, y, z, yaw)))
     assert hit in expected
 
 
@@ -58,7 +58,7 @@ def test_collision_agrees_with_the_twin(data, volume, x, y, z, yaw):
 def test_collision_of_box_and_voxel_agrees_with_the_twin(box, x, y, yaw):
     data = np.full((1, 1, 1), OCCUPIED, np.uint8)
     sizes = [(box.length + more, box.width + more, 1.0) for more in (-1e-5, 0.0, 1e-5)]
-    expected = {twin.overlaps(Box(*size), x, y, yaw, 0, 0, 0.15) for size in sizes}
+    expected = {costmaps.overlaps(Box(*size), x, y, yaw, 0, 0, 0.15) for size in sizes}
     assert (collides_along(voxels.grid(data, 0.15), box, np.array([pose(x, y, 0.0, yaw)])) == 0) in expected
 
 

@@ -16,7 +16,8 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
 from ppaas.maps.octree import OcTree, octree_of
 from ppaas.maps.voxels import Point3D, VoxelGrid, VoxelInfo
-from tests.reference.maps import masks as twin
+from tests.reference.maps import costmaps
+from tests.reference.maps import costmaps as twin
 from tests.support.sources import ROOT
 
 
@@ -37,8 +38,8 @@ def test_masks_are_resampled_like_by_their_twins(drawn, block):
     mask, info = drawn
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(filter_masks, "_BLOCK", block)
-        assert np.array_equal(sampled(mask, info).data, twin.sampled(mask, info))
-        assert np.array_equal(spread(mask, info).data, twin.spread(mask, info))
+        assert np.array_equal(sampled(mask, info).data, costmaps.sampled(mask, info))
+        assert np.array_equal(spread(mask, info).data, costmaps.spread(mask, info))
 
 
 def test_line_thinner_than_a_cell_is_kept():
@@ -66,7 +67,7 @@ def test_costs_are_raised_like_in_nav2_and_never_lowered(cost):
         if value <= 0:
             assert raised == cost
         else:
-            assert raised == (twin.cost(value) if cost == 255 else max(cost, twin.cost(value)))
+            assert raised == (costmaps.cost(value) if cost == 255 else max(cost, costmaps.cost(value)))
 
 
 def test_cells_with_full_keepout_value_are_occupied():

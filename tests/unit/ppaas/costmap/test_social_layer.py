@@ -11,7 +11,7 @@ from ppaas.costmap.kernels import people
 from ppaas.costmap.moving_obstacles import MovingObstacle, swept_discs
 from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidParameter
-from tests.reference.maps import people as twin
+from tests.reference.maps import costmaps as twin
 from tests.support.world import grids
 
 

@@ -10,7 +10,7 @@ from ppaas.costmap.volume import Box, Cylinder
 from ppaas.costmap.voxels import MOST_REACH, VoxelCostmap, inflate_voxels
 from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.voxels import FREE, OCCUPIED, Point3D, VoxelInfo
-from tests.reference.maps import voxel_costs as twin
+from tests.reference.maps import costmaps
 from tests.support.world import voxels
 
 SIZES = st.sampled_from([0.0, 0.05, 0.1, 0.17, 0.2, 0.25])
@@ -21,7 +21,7 @@ def test_costs_of_places_agree_with_the_twin(data, radius, height, inflation, fa
     costs = inflate_voxels(
         voxels.grid(data, 0.1), Cylinder(radius, height), inflation_radius=inflation, cost_scaling_factor=factor
     )
-    expected = twin.inflated(data, 0.1, radius, min(height, 0.7), inflation, factor)
+    expected = costmaps.inflated(data, 0.1, radius, min(height, 0.7), inflation, factor)
     assert costs.data.tolist() == expected.tolist()
 
 
@@ -31,7 +31,7 @@ def test_ground_robot_needs_support_within_a_step(data, max_step):
     flying = inflate_voxels(voxels.grid(data, 0.1), point).data
     standing = inflate_voxels(voxels.grid(data, 0.1), point, ground=True, max_step=max_step).data
     for voxel in np.ndindex(data.shape):
-        held = twin.stands(data, *voxel, 0.1, max_step) or flying[voxel] == 254
+        held = costmaps.stands(data, *voxel, 0.1, max_step) or flying[voxel] == 254
         assert standing[voxel] == (flying[voxel] if held else 253)
 
 
@@ -50,7 +50,9 @@ def test_robot_touches_nothing_between_free_places(data, radius, height, draw):
         there = np.add(here, move)
         for part in (0.0, 0.2, 0.5, 0.7):
             x, y, z = (1 - part) * costs.places(here) + part * costs.places(there)
-            assert not twin.hits(data, 0.1, Cylinder(max(0.0, radius - 1e-9), height - 1e-9), (x, y, z + 5e-10, 0.0))
+            assert not costmaps.hits(
+                data, 0.1, Cylinder(max(0.0, radius - 1e-9), height - 1e-9), (x, y, z + 5e-10, 0.0)
+            )
 
 
 def test_box_is_inflated_like_its_swept_cylinder():

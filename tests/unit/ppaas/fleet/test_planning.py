@@ -15,7 +15,7 @@ from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.plan import FleetPlan, turns_of
 from ppaas.fleet.problem import FleetProblem, distances_from
 from ppaas.fleet.roadmap import Roadmap
-from tests.reference.fleet.joint_search import shortest
+from tests.reference.fleet.searches import shortest
 from tests.support.budget import examples
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 

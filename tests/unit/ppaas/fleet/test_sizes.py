@@ -18,7 +18,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import board_of, distances_from
 from ppaas.fleet.robot_sizes import RobotSizes
-from tests.reference.fleet.joint_search import shortest
+from tests.reference.fleet.searches import shortest
 from tests.support.budget import examples
 from tests.support.fleet.floors import Floor, floor_of, floors
 from tests.support.fleet.halls import Hall, hall_of, mixed_halls

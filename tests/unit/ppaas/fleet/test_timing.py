@@ -11,7 +11,8 @@ from ppaas.fleet.kernels.turns import DIRECTIONS, count_quarters, direction, lea
 from ppaas.fleet.plan import FleetPlan, timing_of, turns_of
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
-from tests.reference.fleet import timing, turns
+from tests.reference.fleet import searches, timing
+from tests.reference.fleet import searches as turns
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 from tests.support.fleet.walks import walks
 
@@ -31,7 +32,7 @@ def test_times_agree_with_their_twin_and_no_two_robots_share_a_cell(hall: Hall, 
     times = found.round(9).tolist()
     assert timing.shared(steps.tolist(), times, moves) == []
     assert timing.hasty(hall.roadmap, steps.tolist(), times, moves, turn) == []
-    quarters = [turns.count(hall.roadmap, path) for path in steps.T.tolist()]
+    quarters = [searches.count(hall.roadmap, path) for path in steps.T.tolist()]
     assert turns_of(hall.roadmap, plan).tolist() == quarters
     assert turned == pytest.approx(quarters)
 

@@ -8,7 +8,7 @@ from ppaas.mapping.alignment import CHECKING, CorrelationGrid, Prior, Window, al
 from ppaas.mapping.kernels import correlation as kernels
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.planar_poses import symmetric
-from tests.reference.mapping import correlation as twin
+from tests.reference.mapping import scans as twin
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, ROOM, scan_at
 
 POSES = np.array([(0.0, 0.0, 0.0), (0.3, 0.1, 0.1), (-0.2, 0.2, -0.1)])

@@ -10,7 +10,7 @@ from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.map_drawing import DrawingSettings, bounds, count_beams, draw_map
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo
-from tests.reference.mapping import occupancy as twin
+from tests.reference.mapping import scans as twin
 from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, scan_at
 

@@ -8,7 +8,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_points import prepare, with_open_beams, without_discs
 from ppaas.planar_poses import compose
-from tests.reference.mapping import scan_points as twin
+from tests.reference.mapping import scans as twin
 from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, PARAMETERS, ROOM, ranges_at, scan_at
 

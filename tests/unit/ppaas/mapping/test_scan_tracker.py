@@ -7,7 +7,7 @@ import pytest
 import ppaas.mapping.closures.kernels
 import ppaas.mapping.graph.kernels
 import ppaas.mapping.kernels
-from benchmarks.mapping.ring import ring_drive
+from benchmarks.mapping.small_worlds import ring_drive
 from ppaas.errors import InvalidParameter, QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.mapping.laser_geometry import LaserGeometry

@@ -22,7 +22,7 @@ from ppaas.planners.kernels.pose_text import MAX_MAGNITUDE, WIDEST, write_rows
 from ppaas.planners.path import FEW, path_cost, path_length, path_poses, poses_through
 from ppaas.planners.path_json import path_message, rows_text
 from ppaas.planners.through_poses import plan_through
-from tests.reference.planners import pose_text as twin
+from tests.reference.planners import path as twin
 from tests.reference.planners.path import slow_cost, slow_poses
 from tests.support.world.planar_world import walled_map
 

@@ -15,7 +15,7 @@ from ppaas.planners import PlanRequest, create
 from ppaas.planners.kernels.smoothing import relax
 from ppaas.planners.smoothing import smooth_path
 from ppaas.planners.weights import passable
-from tests.reference.planners import smoothing as twin
+from tests.reference.planners import path
 from tests.support.world import grids
 
 
@@ -40,7 +40,7 @@ def test_relaxed_points_agree_with_the_twin(seed, count, even):
     near[[0, -1]] = np.inf
     found = np.empty_like(points)
     relax(points, near, even, found)
-    np.testing.assert_allclose(found, twin.relax(points.tolist(), near.tolist(), even, rounds=200), atol=1e-6)
+    np.testing.assert_allclose(found, path.relax(points.tolist(), near.tolist(), even, rounds=200), atol=1e-6)
 
 
 @given(grids.cost_arrays(10), st.data(), st.booleans(), st.sampled_from([(0.2, 0.3), (0.0, 1.0), (0.01, 5.0)]))

@@ -1,4 +1,4 @@
-"""Records of bags of ROS 1. Bags as tools leave them are read in tests/unit/robots/recordings/bags/test_bag.py."""
+"""Records of bags of ROS 1. Bags as tools leave them are read in tests/unit/robots/recordings/test_bag.py."""
 
 import struct
 from io import BytesIO

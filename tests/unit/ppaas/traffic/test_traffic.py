@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.fleet.stand_ins.reported_cases import CASES, ReportedCase
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
+from benchmarks.fleet.stand_ins.strips import CASES, ReportedCase
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import coordinator
 from ppaas.traffic.coordinator import Coordinator, checkpoint_of

@@ -6,15 +6,17 @@ from collections.abc import AsyncIterator, Iterator
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+import msgspec
 import pytest
 
 from ppaas.errors import Conflict, Unavailable
-from ppaas.messages.base.message import Empty
-from ppaas.messages.base.std_msgs import String
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import Float64, String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.resumption import ENDPOINT_HEADER, ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
 from robots.client.connection import Address
 from robots.client.robot_client import RobotClient
+from robots.client.subscription import SubscriptionRegistry, TopicSubscription
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
 from tests.support.waiting import until
 
@@ -223,3 +225,16 @@ def test_a_nearer_endpoint_without_tls_is_not_taken_in_place_of_one_with_it() ->
     assert secure.go_back()
     assert secure.at(None).startswith("wss://cloud.example/")
     assert not secure.go_back()
+
+
+def test_a_message_reaches_all_subscriptions_also_if_one_fails() -> None:
+    def fail(_: Message) -> None:
+        raise RuntimeError("the robot's program")
+
+    registry, heard = SubscriptionRegistry(), list[Float64]()
+    registry.add(TopicSubscription("/number", String, lambda _: None))
+    registry.add(TopicSubscription("/number", Float64, fail))
+    registry.add(TopicSubscription("number", Float64, heard.append))
+    with pytest.raises(RuntimeError, match="the robot's program"):
+        registry.deliver("number", msgspec.Raw(b'{"data": 1.0}'))
+    assert heard == [Float64(1.0)]

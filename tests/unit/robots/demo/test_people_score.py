@@ -1,12 +1,14 @@
 """Score of counting and following people, from scripted truth and states."""
 
+import json
+
 import numpy as np
 import pytest
 
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import PREDICTED, FollowOrder, PeopleState, TrackedPerson
-from robots.demo.people_score import ABSENCE, LAG, PeopleScore, Truth
+from robots.demo.people_score import ABSENCE, LAG, PeopleDemoReport, PeopleFigures, PeopleScore, Truth
 
 AT = np.array([[1.0, 0.0], [5.0, 0.0]])
 
@@ -128,3 +130,40 @@ def test_a_handover_that_is_reverted_within_five_seconds_is_a_flap() -> None:
     for begin, robot in ((0.0, "a"), (3.0, "b"), (6.0, "a"), (20.0, "b")):
         run(score, begin, 3.0, (1.0, 0.0), state((1, 1.0), robot=robot))
     assert (score.figures().handovers, score.figures().flaps) == (3, 1)
+
+
+GOOD = PeopleFigures(0.02, 0.98, 1, 0.97, 2, 0, 0, 1.5, 60.0)
+
+
+def test_the_json_object_has_the_figures_only() -> None:
+    report = PeopleDemoReport("office", 60.0, 3, 5, GOOD)
+    assert json.loads(report.to_json()) == {
+        "count_error_mean": 0.02,
+        "count_exact": 0.98,
+        "identity_switches": 1,
+        "followed_fraction": 0.97,
+        "handovers": 2,
+        "flaps": 0,
+        "contacts": 0,
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "passed"),
+    [
+        ({}, True),
+        ({"contacts": 1}, False),
+        ({"flaps": 1}, False),
+        ({"seen": 0.0}, False),
+        ({"followed_fraction": 0.0}, False),
+    ],
+)
+def test_a_demo_passes_if_people_are_followed_without_contacts_and_flaps(
+    change: dict[str, float], passed: bool
+) -> None:
+    figures = PeopleFigures(**{**{name: getattr(GOOD, name) for name in GOOD.__struct_fields__}, **change})
+    report = PeopleDemoReport("office", 60.0, 3, 5, figures)
+    assert report.passed == passed
+    text = "\n".join(report.lines())
+    assert "98.0 % of the time" in text
+    assert ("passed after 60 s" in text) == passed

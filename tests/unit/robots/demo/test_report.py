@@ -1,9 +1,17 @@
+import io
 import json
 import math
 
 import pytest
+from rich.console import Console
 
+from ppaas.geometry import Pose2D
+from robots.demo.demonstration import progress_table
+from robots.demo.mission import Mission
 from robots.demo.report import DemoReport, ExplorationReport, RobotReport
+from robots.sim.courses import Course
+from robots.sim.world import World
+from tests.support.world.rooms import room
 
 
 def test_a_report_is_one_line_of_json_with_null_for_nan() -> None:
@@ -78,3 +86,16 @@ def test_an_exploration_is_summed_up_in_lines() -> None:
     ]
     assert exploration(joined_seconds=12.3).lines()[0] == "the maps were joined after 12 s"
     assert '"wrong_cells":400' in report.to_json()
+
+
+def test_the_table_shows_the_progress_of_each_robot() -> None:
+    world = World(room(8.0, 4.0))
+    world.add_robot(Pose2D(2.0, 2.0, 0.0))
+    mission = Mission(world, 0, "tb1", Course(Pose2D(2.0, 2.0), (Pose2D(5.5, 2.0),), (3.5,)))
+    mission.progress.goal, mission.progress.target = 1, Pose2D(5.5, 2.0)
+    mission.progress.state = "failed: [red]no[/red]"
+    console = Console(file=io.StringIO(), width=120)
+    console.print(progress_table([mission]))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    for shown in ("tb1", "1/1", "3.50", "to go (m)", "failed: [red]no[/red]"):
+        assert shown in text

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from ppaas.errors import Unavailable
+from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Message
@@ -15,12 +15,14 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.fleet.traffic import ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
+from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.zone import NO_ZONES
 from robots.onboard import node_manager
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
-from robots.onboard.node_manager import LocalNodes
+from robots.onboard.local_nodes import PlacementReporter, parse_wanted_homes
+from robots.onboard.node_manager import NODES, LocalNodes
 from tests.support.waiting import until
 
 CONFIG = msgspec.json.encode(protocol.CloneConfig("turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")).decode()
@@ -221,3 +223,34 @@ async def test_a_node_moved_to_the_cloud_stays_there_in_a_new_session(cloud: Fak
     await until(lambda: len(cloud.reports) == 1)
     await asyncio.sleep(0.02)
     assert (cloud.asked, manager.running) == ([], frozenset())
+
+
+def test_auto_requests_all_nodes_and_names_request_the_robot() -> None:
+    assert parse_wanted_homes("auto") == dict.fromkeys(NODES, "")
+    assert parse_wanted_homes("move_base, amcl") == {"move_base": "robot", "amcl": "robot"}
+
+
+@pytest.mark.parametrize("text", ["", "move_bas", "amcl,", "auto,amcl", "map_server"])
+def test_unknown_nodes_are_refused_with_the_known_ones(text: str) -> None:
+    with pytest.raises(NotFound, match=r"unknown local node .*; known: .*amcl.*auto.*move_base"):
+        parse_wanted_homes(text)
+
+
+def test_requested_nodes_are_reported_once_per_change() -> None:
+    reports: list[str] = []
+    homes = PlacementReporter(reports.append)
+    homes.changed(NodeHomes([NodeHome("amcl"), NodeHome("move_base")]))
+    assert reports == [], "no node was requested"
+    going = NodeHome("move_base", "cloud", "robot", -1.0, ["a client requested this home"])
+    there = NodeHome("move_base", "robot", "robot", -1.0, ["a client requested this home"])
+    failed = ["it could not be run on the robot: it fell", "which is bad"]
+    homes.note(going)
+    for home in (going, there, there, NodeHome("move_base", "robot", "cloud", 1.0, failed)):
+        homes.changed(NodeHomes([NodeHome("amcl"), home]))
+    homes.changed(NodeHomes([NodeHome("move_base", "cloud", "cloud", 1.0, failed)]))
+    assert reports == [
+        "move_base moves to the robot: a client requested this home",
+        "move_base runs on the robot: a client requested this home",
+        "move_base moves back to the cloud: it could not be run on the robot: it fell; which is bad",
+        "move_base runs in the cloud: it could not be run on the robot: it fell; which is bad",
+    ]

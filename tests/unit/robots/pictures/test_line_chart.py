@@ -1,5 +1,6 @@
 """Charts show every line, at its numbers and in its style."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from PIL import Image
 
 from ppaas.errors import InvalidInput
 from robots.pictures import line_chart
+from robots.pictures.figure_file import check_figure
 from robots.pictures.line_chart import Axis, Line
 
 LINES = [Line("rising", [(0.0, 0.0), (5.0, 50.0), (10.0, 100.0)]), Line("flat", [(0.0, 20.0), (10.0, 20.0)])]
@@ -84,3 +86,17 @@ def test_equal_charts_are_equal_files(tmp_path: Path) -> None:
     for name in ("one.png", "two.png"):
         line_chart.write_chart(tmp_path / name, "a chart", LINES, Axis("m"), Axis("ms"))
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+
+
+def test_only_png_files_are_written() -> None:
+    check_figure(Path("chart.PNG"))
+    with pytest.raises(InvalidInput, match="PNG"):
+        check_figure(Path("chart.pdf"))
+
+
+def test_a_missing_matplotlib_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "matplotlib.figure", raising=False)
+    with pytest.raises(ModuleNotFoundError) as missing:
+        check_figure(Path("chart.png"))
+    assert (missing.value.name or "").partition(".")[0] == "matplotlib"

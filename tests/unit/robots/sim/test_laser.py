@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from robots.sim.laser import Laser, LaserModel, cast_at_discs
-from tests.reference.driving import laser as slow
+from tests.reference.driving import sensors
 from tests.support.budget import examples
 from tests.support.world.rooms import room
 
@@ -37,7 +37,7 @@ def test_ranges_equal_those_of_the_slow_laser(seed: int, heading: float, others:
     laser = Laser(grid.data >= 65, grid.info, EXACT, rng)
     ranges = laser.measure(pose, (centres, RADIUS))
     discs = [(cx, cy, RADIUS) for cx, cy in centres.tolist()]
-    expected = slow.measure(grid, pose, EXACT.angles, discs, EXACT.range_max)
+    expected = sensors.measure(grid, pose, EXACT.angles, discs, EXACT.range_max)
     # A beam that only grazes something is seen by one and missed between two steps of the other. The laser is in the
     # centre of a cell, so four beams may run along diagonals, through the corners of cells.
     close = np.isclose(ranges, expected, atol=0.006) | (ranges == expected)

@@ -1,10 +1,15 @@
 """Physics of a Turtlebot in a room."""
 
+import ast
 import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from numpy.typing import NDArray
 
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidInput
@@ -14,10 +19,10 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.demo.scorer import Scorer
 from robots.sim.bodies.furniture import column
 from robots.sim.depth.camera import DepthCameraModel
-from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel, TurtlebotModel
 from robots.sim.shortest_paths import ShortestPaths
-from robots.sim.turtlebot import TurtlebotModel
-from robots.sim.world import World
+from robots.sim.world import World, merge_rectangles
+from tests.support.sources import sources
 from tests.support.world.rooms import room
 
 NO_SLIP = SimulatedRobotModel(base=TurtlebotModel(slip=0.0))
@@ -210,3 +215,58 @@ def test_cameras_see_other_robots() -> None:
 def test_a_robot_without_a_camera_says_so() -> None:
     with pytest.raises(InvalidInput, match="no depth camera"):
         World(room(4.0, 4.0)).add_robot(Pose2D(2.0, 2.0)).depths()
+
+
+GRIDS = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12), elements=st.booleans())
+
+
+@given(GRIDS)
+def test_rectangles_cover_each_occupied_cell_exactly_once(occupied: NDArray[np.bool_]) -> None:
+    covered = np.zeros(occupied.shape, int)
+    for left, bottom, right, top in merge_rectangles(occupied):
+        assert left < right
+        assert bottom < top
+        covered[bottom:top, left:right] += 1
+    assert (covered == occupied).all()
+
+
+def test_a_block_and_a_straight_wall_are_one_rectangle() -> None:
+    occupied = np.zeros((8, 9), bool)
+    occupied[1:4, 2:6] = True
+    assert merge_rectangles(occupied).tolist() == [[2, 1, 6, 4]]
+    assert len(merge_rectangles(np.ones((1, 100), bool))) == 1
+    assert len(merge_rectangles(np.ones((100, 1), bool))) == 1
+
+
+READERS_OF_THE_TRUTH = {
+    "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
+    "robots/sim/pedestrian.py", "robots/sim/actors.py", "robots/demo/scorer.py",
+    "benchmarks/localization/run.py",  # scores localization, and drives by the true pose
+    "benchmarks/localization/crowd.py",  # places people around the true position of the robot
+    # score goals, and draw how they went
+    "robots/demo/contact_referee.py", "benchmarks/navigation/goals/run.py",
+    "robots/demo/people.py", "robots/demo/people_truth.py",  # registers the robots at their starts; scores people
+    "benchmarks/navigation/goals/picture.py",
+    # carry out what robots measure of people, and score it
+    "benchmarks/people/runs/scene.py", "benchmarks/people/runs/robot.py",
+    "benchmarks/people/bandwidth.py", "benchmarks/people/legs.py",
+    "benchmarks/fleet/traffic.py",  # places robots at their starts, and measures how near they come
+    "benchmarks/service/dashboard_under_load.py",  # registers the robots at their starts
+    "benchmarks/chaos/robot_under_test.py",  # tells how far a robot is from a goal that does not end
+}  # fmt: skip
+
+
+def reads_the_truth(tree: ast.Module) -> bool:
+    """Return whether a module reads a robot's body."""
+    return any(
+        isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Attribute)
+        and node.value.attr in ("base", "body")
+        for node in ast.walk(tree)
+    )
+
+
+def test_only_world_and_scorers_read_the_true_pose() -> None:
+    found = {source.path for source in sources("robots", "benchmarks") if reads_the_truth(source.tree)}
+    assert found <= READERS_OF_THE_TRUTH
+    assert "robots/demo/scorer.py" in found

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.mapping.parts import graph_solve, graphs
+from benchmarks.mapping.parts import graphs
 from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.mapping.graph.g2o import format_g2o
 from ppaas.mapping.graph.kernels.edges import edge_errors
@@ -12,8 +12,8 @@ from tests.support.world.pose_graphs import walk
 
 @pytest.fixture(autouse=True)
 def _small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(graph_solve, "NODES", 300)
-    monkeypatch.setattr(graph_solve, "CLOSURES", 300)
+    monkeypatch.setattr(graphs, "NODES", 300)
+    monkeypatch.setattr(graphs, "CLOSURES", 300)
 
 
 def test_step_of_superlu_is_that_of_the_solver() -> None:
@@ -24,7 +24,7 @@ def test_step_of_superlu_is_that_of_the_solver() -> None:
     edge_errors(graph.poses, *edges[:4], errors, np.empty(graph.edge_count))
     gradients = np.einsum("mij,mj->mi", edges.information, errors)
     equations.linearise(graph.poses, edges.information, gradients, np.ones(graph.edge_count))
-    assert graph_solve.superlu_step(graph) == pytest.approx(equations.step(0.0), abs=1e-6)
+    assert graphs.superlu_step(graph) == pytest.approx(equations.step(0.0), abs=1e-6)
 
 
 def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
@@ -39,4 +39,4 @@ def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
 
 
 def test_results_have_the_methods_name() -> None:
-    assert graph_solve.measure(*graph_solve.walks(0), Robust.SCALING)["method"] == "scaling"
+    assert graphs.solved(*graphs.walks(0), Robust.SCALING)["method"] == "scaling"

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.mapping.parts import log_run as bench
-from benchmarks.mapping.parts.log_run import SlamJob, row, run
+from benchmarks.mapping.parts import logs
+from benchmarks.mapping.parts.logs import SlamJob, row, run
 from benchmarks.mapping.parts.mapped import mapped
-from benchmarks.mapping.ring import walls
+from benchmarks.mapping.small_worlds import walls
 from tests.support.world.log_text import carmen_log, relations_text
 from tests.support.world.ring_drive import ring_drive
 
 
 @pytest.fixture(autouse=True)
 def short_warm_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "ring_drive", lambda: ring_drive().first(10))
+    monkeypatch.setattr(logs, "ring_drive", lambda: ring_drive().first(10))
 
 
 def test_a_log_is_scored_by_the_relations_beside_it(tmp_path: Path) -> None:
@@ -38,8 +38,8 @@ def test_a_log_without_relations_has_no_errors(tmp_path: Path) -> None:
 
 
 def test_a_simulated_drive_has_relations_and_absolute_errors(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(bench, "drive_of", lambda *_: ring_drive())
-    monkeypatch.setattr(bench, "walls_of", lambda *_: walls())
+    monkeypatch.setattr(logs, "drive_of", lambda *_: ring_drive())
+    monkeypatch.setattr(logs, "walls_of", lambda *_: walls())
     result = run(SlamJob(seed=3, sweep=0.1), tmp_path)
     assert result["log"] == "office 3, sweep 0.1 s"
     assert result["stages"]["polish"]["absolute_m"] < 0.02

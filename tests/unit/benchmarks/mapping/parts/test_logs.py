@@ -3,8 +3,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.mapping.parts.log_run import row
-from benchmarks.mapping.parts.logs import figures_of, jobs_of, measure
+from benchmarks.mapping.parts.logs import figures_of, jobs_of, measure, row
 from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.errors import InvalidInput
 

@@ -3,19 +3,24 @@
 import math
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from benchmarks.navigation.barn.controller_setups import make_navigator
 from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import NOISE
-from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.navigator import PERIOD, DeadEnds, Navigator
+from benchmarks.navigation.barn.run import make_navigator
+from benchmarks.navigation.barn.scan_matching import ARC, DEPTH, MOST, smoothed
 from benchmarks.navigation.barn.worlds import START, BarnWorld
 from ppaas.costmap.costmap import LETHAL_OBSTACLE
-from ppaas.geometry import Pose2D
+from ppaas.costmap.obstacle_layer import LaserReading
+from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from tests.support.world import barn
+from tests.support.world import barn, grids
 
 GOAL = Pose2D(10.0, 0.0)
 JACKAL = NOISE["hard"]
@@ -92,3 +97,87 @@ def test_laser_noise_does_not_shrink_gaps() -> None:
     distances = np.hypot(*driver.costs.info.to_world(cells).T)
     assert len(distances) > 20
     assert 0.75 < distances.min() < distances.max() < 0.85
+
+
+PLAN = poses_along(np.stack((np.arange(0.5, 4.0, 0.05), np.full(70, 1.0)), axis=1))
+
+
+def costmap():
+    data = np.zeros((40, 80), np.uint8)
+    data[:, 24:27] = 200
+    data[:, 30:32] = 120
+    return grids.of(data, 0.05)
+
+
+def test_the_narrowest_place_ahead_is_blocked_without_progress():
+    dead_ends = DeadEnds()
+    here = Pose2D(0.6, 1.0)
+    assert not any(dead_ends.look(0.05 * cycle, here, PLAN, costmap()) for cycle in range(40))
+    assert dead_ends.look(2.1, here, PLAN, costmap())
+    [(x, y, radius)] = dead_ends.discs
+    assert (x, y) == (pytest.approx(1.27, abs=0.08), 1.0)
+    assert radius > 0.0
+    assert not dead_ends.look(2.2, here, PLAN, costmap())
+    dead_ends.forget()
+    assert dead_ends.discs == []
+
+
+def test_a_robot_that_makes_progress_blocks_nothing():
+    dead_ends = DeadEnds()
+    for cycle in range(200):
+        assert not dead_ends.look(0.05 * cycle, Pose2D(0.5 + 0.015 * cycle, 1.0), PLAN, costmap())
+
+
+def test_nothing_is_blocked_at_the_end_of_the_plan():
+    dead_ends = DeadEnds()
+    assert not any(dead_ends.look(0.1 * cycle, Pose2D(3.95, 1.0), PLAN, costmap()) for cycle in range(60))
+
+
+def test_places_already_passed_are_not_blocked():
+    dead_ends = DeadEnds()
+    for cycle in range(100):
+        dead_ends.look(0.05 * cycle, Pose2D(3.5 - 0.03 * cycle, 1.0, math.pi), PLAN, costmap())
+    there = Pose2D(0.5, 1.0, 0.0)
+    assert not any(dead_ends.look(5.0 + 0.05 * cycle, there, PLAN, costmap()) for cycle in range(100))
+    assert dead_ends.discs == []
+
+
+SPACING = math.radians(270.0) / 719
+SOME = st.one_of(st.floats(0.05, 10.0), st.sampled_from([math.nan, math.inf, 0.0]))
+
+
+def reading(ranges):
+    return LaserReading(Pose2D(0.0, 0.0), SPACING * np.arange(len(ranges)), np.array(ranges, dtype=np.float64))
+
+
+def naive(ranges):
+    """Return the smoothed ranges, beam by beam."""
+    found = list(ranges)
+    for i, middle in enumerate(ranges):
+        if not (math.isfinite(middle) and middle > 0.0):
+            continue
+        reach = min(MOST, math.floor(ARC / (middle * SPACING)))
+        beside = ranges[max(i - reach, 0) : i + reach + 1]
+        found[i] = np.mean([r for r in beside if math.isfinite(r) and r > 0.0 and abs(r - middle) <= DEPTH])
+    return found
+
+
+@given(st.lists(SOME, min_size=0, max_size=40))
+def test_each_range_is_the_mean_of_its_neighbours_on_the_same_surface(ranges):
+    assert smoothed(reading(ranges)).ranges == pytest.approx(naive(ranges), nan_ok=True, rel=1e-9)
+
+
+def test_smoothing_removes_noise_of_a_near_surface():
+    noisy = 0.5 + np.random.default_rng(1).normal(0.0, 0.02, 200)
+    assert noisy.min() < 0.46
+    assert np.abs(smoothed(reading(noisy)).ranges - 0.5).max() < 0.02
+
+
+def test_ranges_are_not_averaged_across_an_edge():
+    ranges = [0.6] * 30 + [2.0] * 30 + [math.inf] * 10
+    assert smoothed(reading(ranges)).ranges == pytest.approx(ranges)
+
+
+def test_ranges_are_unchanged_where_a_beam_is_wider_than_the_arc():
+    ranges = [9.0, 9.05, 8.97, 9.02]
+    assert smoothed(reading(ranges)).ranges.tolist() == ranges

@@ -1,7 +1,6 @@
 import pytest
 
-from benchmarks.navigation.barn.run import BarnResult
-from benchmarks.navigation.barn.suite import BarnOptions, jobs_of, measure, summary
+from benchmarks.navigation.barn.run import BarnOptions, BarnResult, jobs_of, measure, summary
 from tests.support.world import barn
 
 

@@ -3,12 +3,12 @@
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from benchmarks.navigation.goals import run
-from benchmarks.navigation.goals.results_file import append, key, read
-from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, Trip, drive
-from benchmarks.navigation.goals.suite import measure, summary
+from benchmarks.navigation.goals import picture, run
+from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, Trip, append, drive, key, measure, read, summary
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.maps.generate import office
 
@@ -83,3 +83,31 @@ def test_the_summary_aggregates_all_goals() -> None:
     assert (totals["recoveries"], totals["nearest_m"], totals["failures"]) == (2, -0.001, {"timeout": 1})
     alone = dataclasses.replace(late, nearest=float("inf"))
     assert (summary([alone])["nearest_m"], summary([alone])["mean_seconds"]) == (None, None)
+
+
+PICTURED = GoalsJob("office", office(seed=1, width=12.0, height=10.0), 1, 1, "dwa", {}, seed=3, drive=0)
+
+
+def test_the_picture_shows_path_costs_particles_and_people(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "PATIENCE", 3.0)
+    monkeypatch.setattr(run, "SLOWEST", 10.0)
+    encounter = picture.ClosestEncounter()
+    run.drive(PICTURED, encounter.watch)
+    [axes] = picture.draw(PICTURED.grid, encounter).axes
+    lines = {line.get_label(): np.asarray(line.get_xydata()) for line in axes.lines}
+    assert lines["path"].tolist() == [list(point) for point in encounter.path]
+    assert len(lines["plan"]) > 1
+    assert len(lines["particles"]) == len(encounter.particles) > 0
+    person, robot = axes.patches
+    assert (person.get_radius(), robot.get_radius()) == (picture.PERSON_RADIUS, picture.ROBOT_RADIUS)
+    cells = np.asarray(axes.images[1].get_array()).reshape(-1, 4).tolist()
+    assert list(picture.NEAR) in cells and list(picture.LETHAL) in cells
+
+
+def test_an_unwritable_picture_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(picture, "drive", lambda job, watch: [])
+    with pytest.raises(InvalidInput, match="picture"):
+        picture.write_picture(tmp_path / "nowhere" / "out.png", PICTURED)
+    picture.write_picture(tmp_path / "out.png", PICTURED)
+    with Image.open(tmp_path / "out.png") as image:
+        assert image.width > image.height

@@ -11,8 +11,7 @@ from ppaas.controllers.kernels.clearance import clearance
 from ppaas.controllers.kernels.dwa import BLOCKED, Frame, OutlineCheck, Scoring, score_velocities
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
-from tests.reference.driving import pursuit
-from tests.reference.driving import rollout as twin
+from tests.reference.driving import controllers
 from tests.support.world import grids
 
 SCORING = Scoring(1.7, 0.025, 0.2, 1.0, 0.5, 32.0, 24.0, 0.1, 0.2, 0.5, True, False, 0.36)
@@ -60,7 +59,9 @@ def test_kernel_scores_like_its_twin(seed, density, pose, velocity, unknown, lea
     path = np.cumsum(rng.uniform(-0.05, 0.15, (rng.integers(1, 20), 2)), axis=0)
     scoring = SCORING._replace(allow_unknown=unknown, leaving=leaving)
     got, remaining = scores(costmap, [velocity], pose, path, scoring)
-    assert got[0] == pytest.approx(twin.score(costmap, path, remaining, pose, velocity, scoring), rel=1e-9, abs=1e-9)
+    assert got[0] == pytest.approx(
+        controllers.score(costmap, path, remaining, pose, velocity, scoring), rel=1e-9, abs=1e-9
+    )
 
 
 @given(
@@ -78,12 +79,12 @@ def test_outline_rollout_is_blocked_exactly_if_a_pose_is_too_near(seed, start, v
     costmap = grids.of(np.full(lethal.shape, cost, np.uint8), 0.05, Pose2D(0.5, -0.3, 0.3))
     pose = costmap.info.origin @ Pose2D(*start)
     got, remaining = scores(costmap, [velocity], pose, outline=OutlineCheck(BOX, distance, least))
-    poses = pursuit.arc(start, velocity[0] * 1.7, velocity[1] * 1.7, 300)
+    poses = controllers.arc(start, velocity[0] * 1.7, velocity[1] * 1.7, 300)
     # The start of a rollout is not checked, since the robot is there already; its first step is a few centimetres on.
     nearest = min(clearance(distance, 0.05, BOX, x, y, math.cos(a), math.sin(a)) for x, y, a in poses[10:])
     graded = grids.of(np.minimum(costmap.data, 252), 0.05, costmap.info.origin)
     if nearest > least + 0.02:
-        free = twin.score(graded, LINE, remaining, pose, velocity, SCORING)
+        free = controllers.score(graded, LINE, remaining, pose, velocity, SCORING)
         assert got[0] == pytest.approx(free, abs=0.2)  # a tenth is that of 253 to 252, and what that slows
     elif nearest < least - 0.03:
         assert got[0] >= BLOCKED

@@ -9,8 +9,7 @@ from ppaas.fleet.kernels import distances as module
 from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.kernels.guides import guide_some, traffic_of
 from ppaas.fleet.problem import FleetProblem, distances_from
-from tests.reference.fleet.distances import distances
-from tests.reference.fleet.guided_ways import GuidedWays
+from tests.reference.fleet.searches import GuidedWays, distances
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 
 

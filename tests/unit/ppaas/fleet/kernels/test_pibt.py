@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from ppaas.fleet.kernels.board import NO_GUIDE, UNREACHABLE, Board, Step, step_of
 from ppaas.fleet.kernels.pibt import decide, is_possible
 from ppaas.fleet.problem import board_of, distances_from
-from tests.reference.fleet.joint_search import has_ring, has_room
+from tests.reference.fleet.searches import has_ring, has_room
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 
 

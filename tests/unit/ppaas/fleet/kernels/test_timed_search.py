@@ -11,9 +11,8 @@ from ppaas.fleet.kernels.timed_search import Schedule, mark, search
 from ppaas.fleet.kernels.turning_search import Prices, search_turning
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import distances_from
-from tests.reference.fleet import turns
-from tests.reference.fleet.timed_search import earliest
-from tests.reference.fleet.turning_search import cheapest
+from tests.reference.fleet import searches as turns
+from tests.reference.fleet.searches import cheapest, earliest
 from tests.support.fleet.halls import Hall, halls
 from tests.support.fleet.walks import walks
 

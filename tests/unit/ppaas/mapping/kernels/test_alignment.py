@@ -9,7 +9,7 @@ from ppaas.mapping.kernels import alignment as kernels
 from ppaas.mapping.kernels.pose import relative, solve
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.planar_poses import relative as relative_poses
-from tests.reference.mapping import alignment as twin
+from tests.reference.mapping import scans
 from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, scan_at
 
@@ -43,7 +43,7 @@ def test_normal_equations_agree_with_the_twin(laser, seed):
     apart = relative_poses(at, at + other) + rng.uniform(-0.02, 0.02, 3)
     sums, (pairs, readings, squares) = sums_of(scan, frame, apart, laser)
     increment = abs(laser.angle_increment)
-    information, gradient, count, square = twin.normal_equations(scan, frame, apart, 0.3, 0.05, increment)
+    information, gradient, count, square = scans.normal_equations(scan, frame, apart, 0.3, 0.05, increment)
     assert readings == scan.valid.sum()
     # A window of 30 beams may miss the nearest point of surfaces that are close to the laser.
     assert abs(pairs - count) <= 0.03 * count + 2

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.mapping.lifelong.changing_room import AFTER, BEFORE, changing_drive, room
 from benchmarks.mapping.simulated_drive import SimulatedDrive
+from benchmarks.mapping.small_worlds import AFTER, BEFORE, changing_drive, room
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.lifelong import changes as changes_module

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.mapping.ring import ring_drive
+from benchmarks.mapping.map_errors import absolute_errors
 from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
-from benchmarks.mapping.true_error import absolute_errors
+from benchmarks.mapping.small_worlds import ring_drive
 from ppaas.geometry import Pose2D
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.key_frame_graph import CLOSURE_FLOOR

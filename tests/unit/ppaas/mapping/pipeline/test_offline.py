@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.mapping.ring import LAP, walls
+from benchmarks.mapping.map_errors import absolute_errors, random_relations
 from benchmarks.mapping.simulated_drive import simulate
-from benchmarks.mapping.true_error import absolute_errors, random_relations
+from benchmarks.mapping.small_worlds import LAP, walls
 from ppaas.geometry import Pose2D
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.live.live_mapper import LiveMapper

@@ -38,7 +38,7 @@ from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS, MA
 from ppaas.polygons import distances_to_edges
 from ppaas.zones.shapes import LineString
 from ppaas.zones.zone import Capacity, Lane, OneWay, Zone, ZoneSet
-from tests.reference.fleet import timing, turns
+from tests.reference.fleet import searches, timing
 from tests.support.world.planar_world import walled_map
 from tests.support.zones import rectangle
 
@@ -105,7 +105,7 @@ def test_times_are_those_of_robots_with_speeds_of_their_own_that_take_time_to_tu
     moves = [answer.spacing / speed for speed in speeds]
     twin = np.array(timing.times(metric.roadmap, steps, moves, turn))
     assert pytest.approx(twin, abs=1e-3) == np.array(times).T
-    assert answer.turns == sum(turns.count(metric.roadmap, path) for path in np.array(steps).T.tolist())
+    assert answer.turns == sum(searches.count(metric.roadmap, path) for path in np.array(steps).T.tolist())
     assert answer.step_seconds == pytest.approx(answer.spacing / 0.25)
 
 

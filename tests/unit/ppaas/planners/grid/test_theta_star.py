@@ -16,7 +16,7 @@ from ppaas.planners import PlanRequest, create
 from ppaas.planners.field.cost_field import cost_field
 from ppaas.planners.grid.theta_star import ThetaStar, ThetaStarSearch, crossed
 from ppaas.planners.watch import proceed
-from tests.reference.planners import any_angle as twin
+from tests.reference.planners import dijkstra
 from tests.reference.planners import dijkstra as moves
 from tests.support.world import grids
 
@@ -43,7 +43,7 @@ def assert_free_chain(costs, cells, allow_unknown=True):
 @given(grids.cost_arrays(6), st.data(), st.booleans())
 def test_path_is_free_and_never_cheaper_than_the_best_lines(costs, data, allow_unknown):
     start, goal = free_ends(costs, data, allow_unknown)
-    least = twin.cheapest(costs, start, goal, allow_unknown)
+    least = dijkstra.cheapest(costs, start, goal, allow_unknown)
     map_ = grids.of(costs)
     if math.isinf(least):
         with pytest.raises(NoValidPath, match="clear the costmap"):
@@ -67,9 +67,9 @@ def test_path_cost_agrees_with_the_twin_along_its_lines(costs, data):
     corners = search.tautened(guessed)
     rows = [tuple(cell) for cell in search.cells_of(corners).tolist()]
     assert (rows[0], rows[-1]) == (start, goal)
-    assert search.cost(corners) == pytest.approx(sum(twin.line(costs, *ends) for ends in itertools.pairwise(rows)))
+    assert search.cost(corners) == pytest.approx(sum(dijkstra.line(costs, *ends) for ends in itertools.pairwise(rows)))
     assert search.cost(corners) <= before * (1 + 1e-9)
-    cells = [cell for ends in itertools.pairwise(rows) for cell, _ in twin.crossed(*ends)[0]]
+    cells = [cell for ends in itertools.pairwise(rows) for cell, _ in dijkstra.crossed(*ends)[0]]
     assert [tuple(cell) for cell in crossed(search.cells_of(corners))[0].tolist()] == [
         cell for cell, _ in itertools.groupby([rows[0], *cells])
     ]
@@ -101,7 +101,7 @@ def test_path_on_small_maps_is_close_to_the_best_lines(graded, most):
         costs = rng.integers(0, 253 if graded else 1, (8, 8)).astype(np.uint8)
         costs[rng.random(costs.shape) < 0.2] = 254
         start, goal = (tuple(cell) for cell in rng.permutation(np.argwhere(costs < 253))[:2].tolist())
-        least = twin.cheapest(costs, start, goal)
+        least = dijkstra.cheapest(costs, start, goal)
         if math.isfinite(least):
             ratios.append(plan(grids.of(costs), start, goal).cost / least)
     assert np.mean(ratios) < most

@@ -27,7 +27,7 @@ from ppaas.maps.voxels import FREE, Point3D
 from ppaas.planners import PlanRequest
 from ppaas.planners.volume import PlanRequest3D, Pose3D, create, planner_names
 from ppaas.planners.weights import RELATIVE_ERROR
-from tests.reference.maps import voxel_costs
+from tests.reference.maps import costmaps
 from tests.reference.planners import voxel_field
 from tests.support.world import grids, voxels
 
@@ -215,7 +215,7 @@ def test_ground_robot_climbs_stairs_up_to_its_step_height(name):
     assert np.all(np.diff(up.poses[:, 2]) >= -1e-9)
     assert collides_along(stairs, robot, up.poses) is None
     for layer, row, column in up.cells.tolist():
-        assert voxel_costs.stands(stairs.data, layer, row, column, 0.1, 0.2)
+        assert costmaps.stands(stairs.data, layer, row, column, 0.1, 0.2)
     with pytest.raises(NoValidPath, match="higher step"):
         create(name).plan(inflate_voxels(stairs, robot, ground=True, max_step=0.1), PlanRequest3D(low, high))
     flight = create(name).plan(inflate_voxels(stairs, robot), PlanRequest3D(low, high))

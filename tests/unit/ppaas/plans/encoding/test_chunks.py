@@ -9,7 +9,7 @@ from ppaas.errors import InvalidInput
 from ppaas.plans.encoding.chunks import cut_plans, words_of
 from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.kernels.chunks import hash_waypoints
-from tests.reference.plans import plan_bytes, plan_chunks
+from tests.reference.plans import plan_bytes
 
 
 def poses_of(numbers: list[int]) -> np.ndarray:
@@ -42,7 +42,7 @@ def test_cuts_agree_with_the_twin_for_each_plan(plans: list[list[int]], granular
     for plan, stop, bounds in zip(plans, stops.tolist(), bounds_of(poses, stops, granularity), strict=True):
         hashes = [plan_bytes.waypoint_hash(pose) for pose in poses_of(plan).tolist()]
         assert hashes == hashes_of(poses_of(plan))
-        assert [at - stop + len(plan) for at in bounds] == plan_chunks.cuts(hashes, granularity)
+        assert [at - stop + len(plan) for at in bounds] == plan_bytes.cuts(hashes, granularity)
 
 
 def test_chunks_are_slightly_longer_than_the_granularity() -> None:

@@ -16,7 +16,7 @@ from ppaas.plans.encoding.end_buckets import (
     may_join,
 )
 from ppaas.plans.encoding.index_cells import CELL_EDGE, cells_near, cells_touched, scope_of
-from tests.reference.plans import plan_bytes, plan_chunks
+from tests.reference.plans import plan_bytes
 
 SCOPE = scope_of("house", "v1")
 places = st.tuples(
@@ -41,7 +41,7 @@ def test_near_plans_are_in_the_near_buckets(start, goal, offset, tolerance, leng
     near = buckets_near(SCOPE, start, goal, tolerance).tolist()
     assert len(near) <= (81 if tolerance <= 0.25 else 256)
     buckets = [bucket for bucket in near if bucket[0] <= key <= bucket[1]]
-    if plan_chunks.near(first, last, start, goal, tolerance):
+    if plan_bytes.near(first, last, start, goal, tolerance):
         assert any(holds(bucket, key) for bucket in buckets)
         assert may_join(np.array([key]), start, goal, tolerance).all()
         assert bucket_of_key(key) in {bucket_of_key(bucket[0]) for bucket in buckets}

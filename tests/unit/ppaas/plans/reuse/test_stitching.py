@@ -21,7 +21,7 @@ from ppaas.plans.reuse.crossed_cells import crossed_by, first_blocked
 from ppaas.plans.reuse.stitching import LiveAndBareCostmaps, Offer, offer
 from ppaas.plans.stored import PlanQuery, StoredPlan
 from tests.reference.planners.dijkstra import cost_field, weight
-from tests.reference.plans.crossing import cells_on
+from tests.reference.plans.plan_bytes import cells_on
 from tests.support.world.grids import centre, costmap, of
 
 CHEAPEST = Traits(optimal=Optimal.ALWAYS)

@@ -17,7 +17,7 @@ from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.fleet import filters
 from robots.bridges.agv.options import FleetOptions
 from robots.bridges.agv.registration import CORES, robot_file
-from robots.bridges.vda5050.outbox import Outbox
+from robots.bridges.vda5050.mqtt_link import Outbox
 from storage.names import is_name
 from tests.support.vda5050.fleet import FleetWithAgv
 from tests.support.vda5050.led_agv import path

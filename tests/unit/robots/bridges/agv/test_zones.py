@@ -15,7 +15,7 @@ from ppaas.wire.vda5050.states import Connection
 from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import Zone
-from robots.bridges.agv.zone_reader import PERIOD, ZoneReader
+from robots.bridges.agv.zones import PERIOD, ZoneReader
 from robots.client.rest import RestClient
 from tests.support.vda5050.fleet import FleetWithAgv
 from tests.support.vda5050.messages import FACTSHEET

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Kind
-from robots.bridges.core import examination, velocity
+from robots.bridges.core import downward, findings
 from robots.bridges.core.bridge import Bridge
 from robots.bridges.core.tables import ACTIONS, DOWN, SERVICES
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -165,16 +165,16 @@ async def test_what_the_clone_does_not_have_is_left_with_the_robot() -> None:
 async def test_velocities_have_the_type_that_the_base_expects_and_end_with_the_cloud(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(velocity, "SILENCE", 0.02)
-    monkeypatch.setattr(velocity, "ZERO_PERIOD", 0.01)
+    monkeypatch.setattr(downward, "SILENCE", 0.02)
+    monkeypatch.setattr(downward, "ZERO_PERIOD", 0.01)
     async with bridged(turtlebot(base=STAMPED)) as both:
         await until(lambda: "/odom" in both.robot.subscriptions)
         both.robot.say("/odom", odometry(100))
         await both.cloud.say(op="publish", topic="cmd_vel", msg={"linear": {"x": 0.3}, "angular": {"z": 0.1}})
-        commands = await both.heard("/cmd_vel", 1 + velocity.ZEROS)
+        commands = await both.heard("/cmd_vel", 1 + downward.ZEROS)
         assert commands[0]["header"]["frame_id"] == "base_link"
         assert commands[0]["header"]["stamp"]["sec"] == 100, "the clock is that of the robot"
-        assert [command["twist"]["linear"]["x"] for command in commands] == [0.3] + [0.0] * velocity.ZEROS
+        assert [command["twist"]["linear"]["x"] for command in commands] == [0.3] + [0.0] * downward.ZEROS
 
 
 async def test_the_robot_stops_when_the_bridge_ends() -> None:
@@ -300,8 +300,8 @@ async def test_a_goal_that_the_cloud_refuses_is_not_accepted() -> None:
 @pytest.fixture
 def examined(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let bridges examine graphs at once, and often."""
-    monkeypatch.setattr(examination, "MISSING_AFTER", 0.3)
-    monkeypatch.setattr(examination, "PERIOD", 0.05)
+    monkeypatch.setattr(findings, "MISSING_AFTER", 0.3)
+    monkeypatch.setattr(findings, "PERIOD", 0.05)
 
 
 @pytest.mark.usefixtures("examined")

@@ -13,7 +13,7 @@ from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.rmw_zenoh import ZenohNode, parse_token
 from robots.bridges.core.findings import examine
 from robots.bridges.core.frames import Frames
-from robots.bridges.core.restarts import RestartWatch
+from robots.bridges.core.localization import RestartWatch
 from robots.bridges.core.robot_graph import TF_MESSAGE, TWIST, RobotGraph, find_namespace
 from robots.bridges.core.tables import DOWN, ODOMETRY, ROS_2, SCAN, UP
 from tests.support.fuzzing import EXAMPLES

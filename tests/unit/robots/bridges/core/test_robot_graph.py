@@ -1,11 +1,18 @@
 """One robot in a graph: its namespace and its topics."""
 
+import json
+from typing import Any
+
 import pytest
 
 from ppaas.errors import NotFound
+from ppaas.messages import decode
+from ppaas.nodes.topics import TOPICS
+from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import LATCHED, Entity, Kind, Qos
+from robots.bridges.core.frames import HOLD, Frames
 from robots.bridges.core.robot_graph import TF_MESSAGE, TWIST, TWIST_STAMPED, RobotGraph, find_namespace
-from robots.bridges.core.tables import ODOMETRY, SCAN
+from robots.bridges.core.tables import DOWN, ODOMETRY, PARTICLES, SCAN, SERVICES, UP, DownTopic, UpTopic
 
 
 def publisher(name: str, type_name: str, qos: Qos | None = None, kind: Kind = Kind.PUBLISHER) -> Entity:
@@ -84,3 +91,76 @@ def test_velocities_go_through_a_mux_that_subscribes_without_a_type(untyped: str
 def test_velocities_go_past_nobody_who_expects_another_type_at_cmd_vel() -> None:
     ackermann = [base("/a/cmd_vel", "ackermann_msgs/msg/AckermannDriveStamped"), base("/a/base/cmd_vel")]
     assert RobotGraph(ackermann, "/a").velocity_topics() == {}
+
+
+RELEASES = ("humble", "jazzy", "kilted")
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_each_release_knows_the_types(release: str) -> None:
+    types = ros_types(release)
+    assert [topic.cloud for topic in (*UP, *DOWN) if topic.type not in types] == []
+    assert [service.name for service in SERVICES if not types.knows(service.type)] == []
+
+
+@pytest.mark.parametrize("topic", [one for one in UP if one.clone], ids=lambda topic: topic.cloud)
+def test_the_clone_reads_what_the_robot_publishes(topic: UpTopic) -> None:
+    types = ros_types("jazzy")
+    text = types.decode_json(topic.type, types.encode(topic.type, {}))
+    assert decode(TOPICS[topic.cloud].type, text) is not None
+
+
+@pytest.mark.parametrize("topic", [one for one in DOWN if one is not PARTICLES], ids=lambda topic: topic.cloud)
+def test_the_robot_reads_what_the_clone_publishes(topic: DownTopic) -> None:
+    types = ros_types("jazzy")
+    empty = types.decode_json(topic.type, types.encode(topic.type, {}))
+    fields = json.loads(empty).keys()
+    assert TOPICS[topic.cloud].type.__struct_fields__ == tuple(fields)
+
+
+def transform(parent: str, child: str, x: float = 0.0) -> dict[str, Any]:
+    return {"header": {"frame_id": parent}, "child_frame_id": child, "transform": {"translation": {"x": x}}}
+
+
+def test_scans_wait_for_their_frame_but_not_for_ever() -> None:
+    frames = Frames()
+    frames.odometry({"header": {"frame_id": "odom"}, "child_frame_id": "base_footprint"})
+    assert frames.may_send_scan("base_footprint", 0.0)
+    assert frames.may_send_scan("", 0.0)
+    assert not frames.may_send_scan("laser", 0.0)
+    assert not frames.may_send_scan("laser", HOLD)
+    assert frames.may_send_scan("laser", HOLD + 0.1), "the cloud may know it from the robot's model"
+    other = Frames()
+    assert not other.may_send_scan("laser", 0.0)
+    other.sent([transform("base_link", "/laser")])
+    assert other.may_send_scan("laser", 0.0)
+
+
+def test_the_cloud_gets_the_parts_of_the_robot_and_not_what_it_knows_by_odometry() -> None:
+    frames = Frames()
+    all_of_them = [transform("odom", "base_link"), transform("map", "odom"), transform("base_link", "laser")]
+    assert frames.upward(all_of_them, 0.0, static=False) == [all_of_them[2]]
+
+
+def test_a_transform_that_has_not_changed_is_sent_once_a_second() -> None:
+    frames = Frames()
+    still, moved = [transform("base_link", "wheel")], [transform("base_link", "wheel", 0.1)]
+    sent = [bool(frames.upward(still, now, static=False)) for now in (0.0, 0.5, 0.9, 1.0, 1.5)]
+    assert sent == [True, False, False, True, False]
+    assert frames.upward(moved, 1.6, static=False)
+    assert frames.upward(still, 1.6, static=True), "what is published once is sent each time"
+
+
+def test_the_robot_gets_the_place_of_its_odometry_in_the_map_alone() -> None:
+    frames = Frames()
+    frames.odometry({"header": {"frame_id": "tb3/odom"}, "child_frame_id": "tb3/base_link"})
+    wanted = transform("map", "tb3/odom")
+    assert frames.downward([wanted, transform("tb3/odom", "tb3/base_link"), transform("map", "person")]) == [wanted]
+
+
+def test_a_robot_that_maps_without_odometry_gets_its_pose_in_the_map_and_does_not_send_it_back() -> None:
+    frames = Frames()
+    pose = [transform("map", "scan_odom"), transform("scan_odom", "base_footprint")]
+    assert frames.downward([*pose, transform("base_link", "laser")]) == pose
+    assert frames.in_map is None
+    assert frames.upward(pose, 0.0, static=False) == []

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from ppaas.errors import InvalidInput
-from robots.bridges.dds.discovery import LOCALHOST_ONLY, PEERS, RANGE, cyclone_configuration
+from robots.bridges.dds.cyclone import LOCALHOST_ONLY, PEERS, RANGE, cyclone_configuration
 
 
 def read(environment: dict[str, str]) -> tuple[list[str], bool, bool]:

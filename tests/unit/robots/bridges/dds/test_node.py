@@ -19,7 +19,7 @@ from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Kind
 from robots.bridges.dds import node as node_module
-from robots.bridges.dds.idl_types import IdlTypes
+from robots.bridges.dds.cyclone import IdlTypes
 from robots.bridges.dds.node import DdsOptions, DdsTransport
 from tests.support.waiting import until
 

@@ -12,8 +12,7 @@ from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Kind
 from robots.bridges.core.bridge import Bridge
 from robots.bridges.ros1 import move_base
-from robots.bridges.ros1.move_base import MoveBaseAction
-from robots.bridges.ros1.tables import ROS_1
+from robots.bridges.ros1.move_base import ROS_1, MoveBaseAction
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
 from tests.support.ros2.fake_transport import FakeTransport
 from tests.support.waiting import until

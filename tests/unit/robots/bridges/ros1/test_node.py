@@ -13,11 +13,10 @@ import pytest
 from benchmarks.bridge.master_stand_in import MasterStandIn
 from ppaas.errors import Conflict, InvalidInput, Unavailable
 from ppaas.wire.ros.graph import LATCHED, Kind, Qos
+from robots.bridges.ros1 import connections
 from robots.bridges.ros1 import node as node_module
-from robots.bridges.ros1 import peer as peer_module
-from robots.bridges.ros1 import subscription as subscription_module
+from robots.bridges.ros1.connections import Peer
 from robots.bridges.ros1.node import Ros1Options, Ros1Transport, node_name
-from robots.bridges.ros1.peer import Peer
 from tests.support.ros1.node import TYPES, Node, frame, pack, unpack
 from tests.support.waiting import until
 
@@ -27,7 +26,7 @@ STRING, GRID, GET_MAP = "std_msgs/msg/String", "nav_msgs/msg/OccupancyGrid", "na
 @pytest.fixture(autouse=True)
 def _short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(node_module, "POLL", 0.05)
-    monkeypatch.setattr(subscription_module, "FIRST_RETRY", 0.02)
+    monkeypatch.setattr(connections, "FIRST_RETRY", 0.02)
 
 
 @pytest.fixture
@@ -239,7 +238,7 @@ async def test_another_type_is_told_on_both_sides(master: MasterStandIn, caplog:
 async def test_a_subscriber_that_never_reads_delays_nobody_and_misses_the_oldest(
     master: MasterStandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peer_module, "WRITE_BUFFER", 1 << 12)
+    monkeypatch.setattr(connections, "WRITE_BUFFER", 1 << 12)
     async with opened(master) as transport:
         published = transport.publisher("/plan", STRING, Qos(depth=3))
         await until(lambda: "/bridge" in master.publishers["/plan"])
@@ -322,7 +321,7 @@ async def test_what_other_nodes_ask_is_answered(master: MasterStandIn) -> None:
 async def test_strangers_on_the_data_port_end_nothing(
     data: bytes, master: MasterStandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peer_module, "HEADER_TIMEOUT", 0.1)
+    monkeypatch.setattr(connections, "HEADER_TIMEOUT", 0.1)
     async with opened(master) as transport:
 
         def send() -> bytes:

@@ -11,8 +11,7 @@ from aiomqtt.exceptions import MqttConnectError
 from ppaas.errors import NotAuthenticated
 from robots.bridges.vda5050 import mqtt_link
 from robots.bridges.vda5050.broker import Broker
-from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
-from robots.bridges.vda5050.outbox import Outgoing
+from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink, Outgoing
 from tests.support.waiting import patience
 
 

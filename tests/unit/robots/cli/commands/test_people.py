@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from ppaas.people.settings import PeopleSettings, Zone
-from robots.cli.verbs.people_view import render
+from robots.cli.commands.people import render
 from robots.client.rest import RestClient
 from storage.people import HOUR, MapPeople, PeopleCount
 from tests.support.cloud.command_line import CommandLine

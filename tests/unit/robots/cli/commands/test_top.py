@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from robots.cli.commands import top
-from robots.cli.verbs.top_view import SORT_KEYS, as_text, render
+from robots.cli.commands.top import SORT_KEYS, as_text, render
 from robots.client.rest import RestClient
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container

@@ -23,7 +23,7 @@ from ppaas.planners.field.kernels.tile_queue import (
     waits,
     wake,
 )
-from tests.reference.planners.waiting import Waiting
+from tests.reference.planners.dijkstra import Waiting
 
 GROUPS = 40
 TILES = GROUPS * GROUP

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ppaas.planners.grid.kernels.line_of_sight import HIDDEN, trace, weigh
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import SCALE, blocking_weights, padded
-from tests.reference.planners import any_angle as twin
+from tests.reference.planners import dijkstra
 from tests.support.world import grids
 
 
@@ -31,7 +31,7 @@ def drawn(data, costs):
 @given(grids.cost_arrays(), st.data(), st.booleans())
 def test_line_weight_agrees_with_the_twin(costs, data, allow_unknown):
     begin, end = drawn(data, costs), drawn(data, costs)
-    assert seen(costs, begin, end, allow_unknown) == pytest.approx(twin.line(costs, begin, end, allow_unknown))
+    assert seen(costs, begin, end, allow_unknown) == pytest.approx(dijkstra.line(costs, begin, end, allow_unknown))
 
 
 @given(st.integers(0, 5), st.data())
@@ -48,7 +48,7 @@ def test_cells_of_a_line_agree_with_the_twin(over):
     cells, points = np.empty((most, 2), np.int32), np.empty((most, 2))
     count = trace(*over, cells, points)
     cells, points = cells[:count], points[:count]
-    assert [(0, 0), *map(tuple, cells.tolist())] == [cell for cell, _ in twin.crossed((0, 0), over)[0]]
+    assert [(0, 0), *map(tuple, cells.tolist())] == [cell for cell, _ in dijkstra.crossed((0, 0), over)[0]]
     assert np.array_equal(np.floor(points + 0.5), cells)
     assert np.abs(points[:, 0] * over[1] - points[:, 1] * over[0]).max(initial=0.0) < 1e-9
     assert not count or tuple(points[-1]) == over
@@ -77,7 +77,7 @@ def test_a_line_over_32768_columns_is_exact():
 
 
 def test_the_twin_gives_a_line_computed_by_hand():
-    inside, touched = twin.crossed((0, 0), (1, 3))
+    inside, touched = dijkstra.crossed((0, 0), (1, 3))
     assert inside == [((0, 0), 1 / 6), ((0, 1), 1 / 3), ((1, 2), 1 / 3), ((1, 3), 1 / 6)]
     assert sorted(touched) == [(0, 2), (1, 1)]
     assert all(share > 0 for _, share in itertools.chain(inside))

@@ -1,1 +1,0 @@
-"""Simulated robots with real clones, led by the traffic of their map."""

@@ -1,1 +1,0 @@
-"""Drives through one place again and again, and the memory that its map takes."""

@@ -1,1 +1,0 @@
-"""Costs of the recording of a robot."""
