@@ -4,15 +4,18 @@ import argparse
 import itertools
 import json
 import os
+import signal
 import sys
+import time
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import whole
+from ppaas.clock import monotonic
 from ppaas.distribution import check_versions
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, PPaaSError
 
 if TYPE_CHECKING:
     from storage.backup.manifest import Manifest
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 NAME = "backup"
 HELP = "back up the stores of a cloud; list, check and remove backups"
 DEFAULT_VERB = "create"
+
+MIN_HOURS, MAX_HOURS = 0.001, 10_000.0
 
 COLUMNS = ("id", "begun", "seconds", "maps", "plans", "robots", "size", "added", "release")
 
@@ -43,6 +48,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_stores(create)
     create.add_argument(
         "--keep", type=whole(1), metavar="NUMBER", help="remove all but the newest backups afterwards (keep all)"
+    )
+    create.add_argument(
+        "--every", type=_hours, metavar="HOURS", help="add one now and again after these hours, until SIGTERM (once)"
     )
     check.add_argument("backup", nargs="?", default="latest", help="id of the backup (%(default)s)")
     remove.add_argument("backups", nargs="*", metavar="BACKUP", help="ids of backups")
@@ -111,13 +119,35 @@ def run(arguments: argparse.Namespace) -> int:
             return _remove(arguments)
 
 
+def _hours(text: str) -> float:
+    hours = float(text)
+    if not MIN_HOURS <= hours <= MAX_HOURS:
+        raise argparse.ArgumentTypeError(f"give {MIN_HOURS:g} to {MAX_HOURS:g} hours, not {text}")
+    return hours
+
+
 def _create(arguments: argparse.Namespace) -> int:
+    urls = urls_of(arguments)
+    if arguments.every is None:
+        return _create_one(arguments, urls)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # the lock is given back
+    while True:
+        due = monotonic() + arguments.every * 3600
+        try:
+            _create_one(arguments, urls)
+        except PPaaSError as error:  # the next one may succeed: a store or the place is away
+            sys.stderr.write(f"ppaas: {error.slug}: {error}; the next backup is in {arguments.every:g} h\n")
+        sys.stdout.flush()
+        time.sleep(max(0.0, due - monotonic()))
+
+
+def _create_one(arguments: argparse.Namespace, urls: tuple[str, str]) -> int:
     from endpoints.cli.store import progress  # noqa: PLC0415
     from storage.backup.sources import existing  # noqa: PLC0415
     from storage.backup.writing import BackupWriter  # noqa: PLC0415
 
     repository = opened(arguments, create=True)
-    with repository.locked() as lock, existing(*urls_of(arguments)) as sources:
+    with repository.locked() as lock, existing(*urls) as sources:
         writer = BackupWriter(repository, sources, lock.renew)
         with progress(shown=not arguments.json) as shown:
             for kind, steps in itertools.groupby(writer.steps(), lambda step: step.kind):

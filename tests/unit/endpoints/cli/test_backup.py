@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
+from robots import cli
 from robots.cli import main
-from storage.backup.repository import Repository
+from storage.backup.repository import LOCK, Repository
 from storage.temporary import folders
 from storage.urls.opening import open_map_store, open_store
 from tests.support.storage.full_store import fill, fill_maps
@@ -137,7 +138,7 @@ def test_a_backup_that_was_killed_is_taken_up_by_the_next(
     count = {"users": 1, "plans": 14, "maps": 19}[after]
     code = f"""
 import os, signal
-from storage.backup.repository import Repository
+from storage.backup.repository import LOCK, Repository
 put = Repository.put
 count = 0
 def counted(self, data):
@@ -148,6 +149,7 @@ def counted(self, data):
         os.kill(os.getpid(), signal.SIGKILL)
     return put(self, data)
 Repository.put = counted
+from robots import cli
 from robots.cli import main
 main.main(["backup", {place!r}, "--data", {str(data)!r}])
 """
@@ -158,3 +160,25 @@ main.main(["backup", {place!r}, "--data", {str(data)!r}])
     assert main.main(["restore", place, "--data", str(tmp_path / "new")]) == 0
     assert main.main(["store", "check", f"sqlite://{data}/ppaas.sqlite", f"sqlite://{tmp_path}/new/ppaas.sqlite"]) == 0
     assert not [each for each in data.iterdir() if each.name.startswith("ppaas-map-")], "the copy is removed"
+
+
+def test_backups_are_repeated_until_sigterm_and_after_errors(data: Path, place: str, tmp_path: Path) -> None:
+    away = data.rename(tmp_path / "away")
+    command = [sys.executable, "-m", cli.__name__, "backup", place, "--data", str(data), "--every", "0.001", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None and process.stdout is not None
+        assert "the next backup is in 0.001 h" in process.stderr.readline()
+        away.rename(data)
+        for _ in range(2):
+            assert json.loads(process.stdout.readline())[0]["records"]["plans"] == 80
+        process.terminate()
+        assert process.wait(20) == 0
+    assert len(Repository.at(place).ids()) >= 2
+    assert not Path(place, LOCK).exists()
+
+
+@pytest.mark.parametrize("hours", ["0", "-1", "nan", "soon"])
+def test_a_period_that_is_none_is_refused(place: str, hours: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main.main(["backup", place, "--every", hours])
+    assert "--every" in capsys.readouterr().err
