@@ -35,7 +35,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 # Where the tests of a suite are (tests/ci/test_suites.py checks it), so that the others are not collected; tests that
 # PYTEST_ARGS names take their place.
-SERVERS := tests/contracts tests/servers tests/unit/storage/migration
+SERVERS := tests/contracts tests/servers tests/unit/storage/backup tests/unit/storage/migration
 DOCKER := tests/contracts/test_runtimes.py tests/docker tests/e2e/test_docker.py tests/faults/test_master_restart.py \
 	tests/unit/engine/runtimes/docker
 RAY := tests/contracts/test_runtimes.py tests/ray

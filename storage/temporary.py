@@ -23,10 +23,10 @@ YOUNG = 60.0
 
 
 @contextmanager
-def temporary_folder() -> Iterator[Path]:
-    """Create a folder among this machine's temporary files, and remove it at the end of the block."""
-    with disk_errors(Path(tempfile.gettempdir())):
-        folder = Path(tempfile.mkdtemp(prefix=PREFIX))
+def temporary_folder(base: Path | None = None) -> Iterator[Path]:
+    """Create a folder in ``base``, or among this machine's temporary files, and remove it at the end of the block."""
+    with disk_errors(base or Path(tempfile.gettempdir())):
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=base))
         held = locked(folder)
     try:
         yield folder

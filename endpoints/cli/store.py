@@ -6,12 +6,21 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
     from storage.migration.copying import Compared, Copied, RecordKind
+
+
+class Counted(Protocol):
+    """A step, with the number of records so far."""
+
+    records: int
+
+
+S = TypeVar("S", bound=Counted)
 
 NAME = "store"
 HELP = "copy a store to another, compare two stores, or clean up a store"
@@ -56,16 +65,16 @@ def run(arguments: argparse.Namespace) -> int:
         warn_if_visible(url, name)
     kinds, source, target = _open(arguments.source, arguments.target, create=arguments.verb == "migrate")
     rows = []
-    with _closing(source), _closing(target), _progress(arguments, source) as progress:
+    with _closing(source), _closing(target), progress(shown=not arguments.json) as shown:
         copied = {}
         if arguments.verb == "migrate":
             for kind in kinds:
                 steps = copy(kind, source, target, overwrite=arguments.overwrite)
-                copied[kind.name] = progress(f"copying {kind.name}", kind, steps)
+                copied[kind.name] = shown(f"copying {kind.name}", steps, _count(kind, source))
         for kind in kinds:
-            found = progress(f"comparing {kind.name}", kind, compare(kind, source, target))
-            rows.append(_row(found, copied.get(kind.name)))
-    _show(rows, as_json=arguments.json)
+            found = shown(f"comparing {kind.name}", compare(kind, source, target), _count(kind, source))
+            rows.append(row_of(found, copied.get(kind.name)))
+    show(rows, as_json=arguments.json)
     return 0 if all(row["good"] for row in rows) else 1
 
 
@@ -134,36 +143,46 @@ def _closing(store: Any) -> Any:
     return closing(store) if hasattr(store, "close") else nullcontext()
 
 
+def _count(kind: "RecordKind[Any]", source: Any) -> int | None:
+    return kind.count(source) if kind.count is not None else None
+
+
+class Steps(Protocol):
+    """Runs the steps of a kind of records, shows their progress, and returns the last step."""
+
+    def __call__(self, title: str, steps: Iterator[S], total: int | None = None) -> S:
+        """Run the steps; ``total`` is the number of records, if it is known."""
+        ...
+
+
 @contextmanager
-def _progress(arguments: argparse.Namespace, source: Any) -> Iterator[Any]:
-    """Yield a function that runs the steps of a kind of records, shows their progress, and returns the last step."""
+def progress(*, shown: bool) -> Iterator[Steps]:
+    """Show the progress of steps with a number of ``records`` on a terminal until the end of the block."""
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    with Progress(*columns, console=console, disable=arguments.json or not console.is_terminal) as progress:
+    with Progress(*columns, console=console, disable=not (shown and console.is_terminal)) as bars:
 
-        def run_steps(
-            title: str, kind: "RecordKind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
-        ) -> "Copied | Compared | None":
-            total = kind.count(source) if kind.count is not None else None
-            task, last = progress.add_task(title, total=total), None
+        def run_steps(title: str, steps: Iterator[S], total: int | None = None) -> S:
+            task = bars.add_task(title, total=total)
             for last in steps:
-                progress.update(task, completed=last.records)
-            done = last.records if last is not None else 0
-            progress.update(task, completed=done, total=done)
+                bars.update(task, completed=last.records)
+            bars.update(task, completed=last.records, total=last.records)
             return last
 
         yield run_steps
 
 
-def _row(found: "Compared", copied: "Copied | None") -> dict[str, Any]:
+def row_of(found: "Compared", copied: "Copied | None") -> dict[str, Any]:
+    """Return what a table shows of a kind of records."""
     fields = asdict(found) | {"good": found.is_good}
     return fields if copied is None else fields | {"copied": copied.copied}
 
 
-def _show(rows: list[dict[str, Any]], *, as_json: bool) -> None:
+def show(rows: list[dict[str, Any]], *, as_json: bool) -> None:
+    """Print a table of comparisons, or JSON."""
     if as_json:
         sys.stdout.write(json.dumps({"good": all(row["good"] for row in rows), "kinds": rows}) + "\n")
         return

@@ -28,6 +28,11 @@ class MapLog(msgspec.Struct, frozen=True):
     reviews: tuple[MapReview, ...] = ()
     traffic: bool = False
 
+    def versions(self) -> list[str]:
+        """Return the versions that are published or wait, each once."""
+        waiting = (review.version for review in self.reviews)
+        return list(dict.fromkeys([*(one.version for one in self.publications), *waiting]))
+
 
 def _ids(store: MapStore) -> Iterator[list[Key]]:
     """Yield the ids of the maps one by one, because each map may be large."""
@@ -115,9 +120,7 @@ def _verify(store: MapStore, keys: Sequence[Any]) -> None:
 
 def verify_map(store: MapStore, map_id: str) -> None:
     """Read all versions of a map to the last byte; raises the errors that the store finds."""
-    log = _log(store, map_id)
-    versions = [*(one.version for one in log.publications), *(review.version for review in log.reviews)]
-    for version in dict.fromkeys(versions):
+    for version in _log(store, map_id).versions():
         with store.open_map(map_id, version):
             pass
 

@@ -76,7 +76,7 @@ BEFORE_THE_DOOR, IN_THE_CLOSET = Pose2D(6.5, 2.4, math.pi / 2), Pose2D(6.5, 4.5)
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder that has all packages; they are installed into it, where this environment does not have them."""
+    """Return the folder that has all packages; those that this environment lacks are installed into it."""
     if all(importlib.util.find_spec(name) for name in NAMES):
         return Path(sysconfig.get_path("purelib"))
     target = tmp_path_factory.mktemp("plugins")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from storage.hdfs.store import HdfsMapStore
     from tests.servers.cassandra_server import CassandraServer
     from tests.servers.hdfs_server import HdfsServer
+    from tests.servers.s3_server import S3Server
 
 
 class Server(Protocol):
@@ -95,3 +96,11 @@ def empty_hdfs_store(server: "HdfsServer") -> "HdfsMapStore":
     from storage.hdfs.store import HdfsMapStore
 
     return HdfsMapStore(server.url(f"maps/{uuid.uuid4().hex}"))
+
+
+@pytest.fixture(scope="session")
+def s3_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[S3Server]":
+    """Return a running server of S3, or skip if it is not installed."""
+    from tests.servers.s3_server import S3Server
+
+    yield from _running(S3Server, "S3", tmp_path_factory.mktemp("s3"))

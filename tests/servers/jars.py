@@ -13,6 +13,8 @@ JARS = ROOT / "build" / "jars"
 FETCH_TIMEOUT = 900.0
 
 HDFS = ROOT / "docker" / "hdfs" / "pom.xml"
+S3 = Path(__file__).with_name("s3.xml")
+
 OTHER_HADOOPS = ("3.5.0",)
 """Versions of Hadoop that the map store is tested with, beside that of the image."""
 
@@ -54,10 +56,15 @@ def jars_of(pom: Path, **properties: str) -> Path:
     """
     given = [f"-D{name}={value}" for name, value in sorted(properties.items())]
     digest = hashlib.sha256(pom.read_bytes() + "".join(given).encode()).hexdigest()[:12]
-    folder = JARS / f"{pom.parent.name}-{digest}"
+    folder = JARS / f"{name_of(pom)}-{digest}"
     if not folder.is_dir():
         _fetch(pom, given, folder)
     return folder
+
+
+def name_of(pom: Path) -> str:
+    """Return the name of the server of a project file: that of the file, or of the folder that has its image."""
+    return pom.parent.name if pom.stem == "pom" else pom.stem
 
 
 def _fetch(pom: Path, given: list[str], folder: Path) -> None:
@@ -78,9 +85,10 @@ def _fetch(pom: Path, given: list[str], folder: Path) -> None:
 
 def main() -> None:
     """Download the jars of all servers, those of the images and of other versions; print which are missing."""
-    wanted: list[tuple[Path, dict[str, str]]] = [(pom, {}) for pom in sorted((ROOT / "docker").glob("*/pom.xml"))]
+    poms = [*sorted((ROOT / "docker").glob("*/pom.xml")), S3]
+    wanted: list[tuple[Path, dict[str, str]]] = [(pom, {}) for pom in poms]
     for pom, properties in [*wanted, *((HDFS, {"hadoop": version}) for version in OTHER_HADOOPS)]:
-        name = " ".join([pom.parent.name, *properties.values()])
+        name = " ".join([name_of(pom), *properties.values()])
         try:
             print(f"jars of {name}: {jars_of(pom, **properties)}")  # noqa: T201
         except Missing as error:
