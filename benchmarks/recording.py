@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import psutil
 
-from benchmarks.harness.cloud_under_test import Target, own_cloud
+from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.process_usage import cpu_of, cpu_seconds
 from benchmarks.harness.roaming_robot import roaming_robot
@@ -59,7 +59,7 @@ async def measure(progress: "Progress", *, quick: bool) -> list[Figure]:
         return bench.figures()
 
 
-async def _drive(target: Target, stack: AsyncExitStack) -> None:
+async def _drive(target: CloudUnderTest, stack: AsyncExitStack) -> None:
     grid = office(seed=1, width=12.0, height=10.0)
     await target.publish(MAP, grid)
     course = CoursePlanner(grid, 1).choose(1, 3)[0]
@@ -73,7 +73,7 @@ async def _drive(target: Target, stack: AsyncExitStack) -> None:
 
 
 class _Bench:
-    def __init__(self, target: Target, seconds: float) -> None:
+    def __init__(self, target: CloudUnderTest, seconds: float) -> None:
         self._target, self._seconds = target, seconds
         self.without: list[_Used] = []
         self.recorded: list[_Used] = []

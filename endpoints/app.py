@@ -13,6 +13,7 @@ from endpoints.http.body_limit import BodyLimit, BodyLimits
 from endpoints.http.front import HeadRequests, front
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.problems import add_problem_handlers
+from endpoints.resources.services import Services
 from endpoints.rest import tasks, traffic
 from endpoints.rest.cluster import audit, containers, endpoints, health, machines
 from endpoints.rest.dependencies import single_query_values
@@ -39,7 +40,6 @@ from endpoints.rest.robots import (
     robots,
 )
 from endpoints.rest.users import groups, tokens, users
-from endpoints.services.services import Services
 from ppaas import __version__
 
 PREFIX = "/v1"

@@ -15,7 +15,7 @@ import msgspec
 
 from endpoints.rosbridge import Attachment
 from engine.links.open_calls import Done, OpenCalls, Outcome, answer_of
-from engine.service.links.place_link import PlaceLink
+from engine.links.place_link import PlaceLink
 from engine.sessions.calls import CALL_TIMEOUT
 from ppaas.errors import Conflict, MalformedMessage, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults

@@ -6,8 +6,8 @@ from typing import ClassVar
 from starlette.types import ASGIApp
 
 from endpoints.http.front_settings import FrontSettings
+from endpoints.resources.services import Services
 from endpoints.rosbridge import SessionRegistry
-from endpoints.services.services import Services
 from ppaas.plugins import PluginRegistry
 
 MAX_FRAME = 16 * 1024 * 1024

@@ -23,18 +23,18 @@ from endpoints.accounts.tokens import ScopedUser
 from endpoints.audit.requests import note_object
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import Probe, close_with, connection_of
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import own_robots
+from engine.control.master_calls.control_plane import CountPaths
+from engine.links.carried_session import CarriedSession
+from engine.links.place_link import PlaceLink
 from engine.master.places import LINGER
 from engine.processes.background import Background, repeat
 from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
 from engine.rights.globs import split_address
 from engine.rights.roles import Role, role_of
-from engine.service.endpoints.control_plane import CountPaths
-from engine.service.links.carried_session import CarriedSession
-from engine.service.links.place_link import PlaceLink
 from engine.sessions.namespaces import parse_namespace
 from engine.specs.start_state import READY, StartState, explained
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotFound, NotPermitted, PPaaSError, Unavailable
@@ -239,7 +239,7 @@ PROBE_TIMEOUT = 2.0
 """Time limit of the probe of a robot's socket when another socket connects for the same robot [s]."""
 
 
-class Caller(NamedTuple):
+class AuthenticatedClient(NamedTuple):
     """User of a client, id of the token that it authenticated with, and the probe of its connection."""
 
     user: str
@@ -258,7 +258,7 @@ class Attachment:
         Place of the robot.
     request : ConnectRequest
         Request of the client.
-    caller : Caller
+    caller : AuthenticatedClient
         The client.
 
     Attributes
@@ -267,7 +267,9 @@ class Attachment:
         User of the client, and id of the token that it authenticated with.
     """
 
-    def __init__(self, session: CarriedSession, place: PlaceLink, request: ConnectRequest, caller: Caller) -> None:
+    def __init__(
+        self, session: CarriedSession, place: PlaceLink, request: ConnectRequest, caller: AuthenticatedClient
+    ) -> None:
         self.session = session
         self.place = place
         self.request = request
@@ -323,7 +325,7 @@ class Attachment:
 
 
 class RobotPlaces(Protocol):
-    """Places of robots, as endpoints see them; see ``engine.service.robot_sessions.RobotSessions``."""
+    """Places of robots, as endpoints see them; see ``engine.control.robot_sessions.RobotSessions``."""
 
     async def join(
         self,
@@ -422,12 +424,12 @@ class SessionRegistry:
 
     # -- attaching ----------------------------------------------------------------------------------------------------
 
-    async def attach(self, caller: Caller, request: ConnectRequest, access: Access) -> Attachment:
+    async def attach(self, caller: AuthenticatedClient, request: ConnectRequest, access: Access) -> Attachment:
         """Attach a socket to a session at the place of a robot, once its container is ready; `detach` must follow.
 
         Parameters
         ----------
-        caller : Caller
+        caller : AuthenticatedClient
             The client.
         request : ConnectRequest
             Request of the client.
@@ -495,7 +497,7 @@ class SessionRegistry:
                 )
 
     async def _attach(
-        self, caller: Caller, request: ConnectRequest, place: PlaceLink, access: Access, *, queued: bool
+        self, caller: AuthenticatedClient, request: ConnectRequest, place: PlaceLink, access: Access, *, queued: bool
     ) -> Attachment:
         await self._take_over(caller.user, request)
         session = CarriedSession(
@@ -703,7 +705,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         await services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)
         with services.refused_connects.attempt(request.owner or user.id, request.robot, request.role):
-            attachment = await sessions.attach(Caller(user.id, token, connection.probe), request, access)
+            attachment = await sessions.attach(AuthenticatedClient(user.id, token, connection.probe), request, access)
     except PPaaSError as error:
         connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))

@@ -17,11 +17,11 @@ from endpoints.app import create_app
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp, http_protocol
-from endpoints.http.tls import ServerTls, TlsListener
+from endpoints.http.tls import HandshakeListener, ServerTls
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.protocols import MAX_FRAME, PROTOCOLS, ClientProtocol
+from endpoints.resources.services import Services
 from endpoints.rosbridge import RightsWatch, RobotPlaces, SessionRegistry, serve_robot_socket
-from endpoints.services.services import Services
 from engine.processes.background import Background
 
 
@@ -45,7 +45,7 @@ class Server(uvicorn.Server):
             kind = cast(type[DirectHttp], self.config.http_protocol_class)
             protocol = partial(kind, self.config, self.server_state, self.lifespan.state)
             for each in sockets or []:
-                self._accepting.run(TlsListener(each, context, kind.table, protocol).run())
+                self._accepting.run(HandshakeListener(each, context, kind.table, protocol).run())
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Accept no further connections, and end all."""

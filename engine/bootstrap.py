@@ -12,6 +12,11 @@ from typing import TYPE_CHECKING
 
 from engine.agent.config import ADOPT_WITHIN, AgentConfig
 from engine.container.monitor.parameters import monitor_parameters
+from engine.control.administration import MachineRegistry
+from engine.control.master_calls.cloud import Cloud
+from engine.control.master_calls.server import SOCKET, EndpointServer
+from engine.control.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
+from engine.control.robot_sessions import RobotSessions
 from engine.fabric.router import RouterProcess
 from engine.leadership.leadership import Leadership
 from engine.local.machine import Agents, LocalMachine, read_record, settle_config
@@ -27,11 +32,6 @@ from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.watcher_process import RayMachines, WatcherProcess
 from engine.runtimes import registry as runtimes
-from engine.service.administration import MachineRegistry
-from engine.service.endpoints.cloud import Cloud
-from engine.service.endpoints.server import SOCKET, EndpointServer
-from engine.service.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
-from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.start_state import log_start
 from ppaas.errors import InvalidInput, Unavailable

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ppaas.errors import InvalidMap, NotFound
-from storage.records import MapChange, MapRecord, MapReview, MapVersionRecord, Publication
+from storage.records import MapRecord, MapReview, MapVersionRecord, ProposedChange, Publication
 from storage.staged_uploads import Buffer, StagedUpload
 from storage.versions import IMAGE, PARTS, YAML
 
@@ -81,7 +81,9 @@ class MapStore(Protocol):
         """
         ...
 
-    def propose(self, upload: StagedUpload, publication: Publication, *, base: str, change: MapChange) -> MapReview:
+    def propose(
+        self, upload: StagedUpload, publication: Publication, *, base: str, change: ProposedChange
+    ) -> MapReview:
         """Store the uploaded files as a version that waits for a review; the current version stays.
 
         Proposing files again that wait already adds nothing, so a proposal may be retried.
@@ -94,7 +96,7 @@ class MapStore(Protocol):
             Author, time and reason; readers and description are not used.
         base : str
             Version that the files were made from.
-        change : MapChange
+        change : ProposedChange
             Difference from it.
 
         Raises

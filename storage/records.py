@@ -139,7 +139,7 @@ class ConfirmedPlaces(msgspec.Struct, frozen=True):
     new: tuple[tuple[float, float], ...] = ()
 
 
-class MapChange(msgspec.Struct, frozen=True):
+class ProposedChange(msgspec.Struct, frozen=True):
     """Cells that differ between a proposed version of a map and the version that it was made from.
 
     A cell that was unknown and is free or occupied now counts as ``known`` too. ``rectangles`` cover the cells that
@@ -170,7 +170,7 @@ class MapReview(msgspec.Struct, frozen=True):
         User who proposed it, and why.
     files : dict of str to MapFile
         Its files; empty once the review is closed.
-    change : MapChange
+    change : ProposedChange
         Difference from ``base``.
     keeps_zones : bool
         Whether it has the zones of the map, and follows their changes while it waits.
@@ -187,7 +187,7 @@ class MapReview(msgspec.Struct, frozen=True):
     author: str
     message: str = ""
     files: dict[str, MapFile] = {}
-    change: MapChange = MapChange()
+    change: ProposedChange = ProposedChange()
     state: ReviewState = "waiting"
     closed: float | None = None
     closed_by: str = ""

@@ -66,7 +66,7 @@ LOOPS_OF: Mapping[str, tuple[str, ...]] = {
     "unit/endpoints": ("uvloop",),
     "unit/engine/links": ("uvloop", "asyncio"),
     "unit/engine/recorder": ("asyncio",),
-    "unit/engine/service/links/test_place_link.py": ("uvloop", "asyncio"),
+    "unit/engine/links/test_place_link.py": ("uvloop", "asyncio"),
     "unit/engine/sessions": ("uvloop", "asyncio"),
     "unit/engine": ("uvloop",),
     "unit/robots/bridges/vda5050": ("uvloop", "asyncio"),

@@ -16,7 +16,7 @@ Registered = defaultdict[str, dict[str, str]]
 """URIs by names of nodes, by names of topics or services."""
 
 
-class Server(ThreadingMixIn, SimpleXMLRPCServer):
+class ThreadedServer(ThreadingMixIn, SimpleXMLRPCServer):
     """Server with a thread for each connection."""
 
     daemon_threads = True
@@ -45,7 +45,7 @@ class MasterStandIn:
         self.types: dict[str, str] = {}
         self.nodes: dict[str, str] = {}
         self.refused: set[str] = set()
-        self._server = Server(("127.0.0.1", port), logRequests=False)
+        self._server = ThreadedServer(("127.0.0.1", port), logRequests=False)
         for name, method in self._methods().items():
             self._server.register_function(method, name)
         self.port: int = self._server.server_address[1]

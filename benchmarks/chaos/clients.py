@@ -36,7 +36,7 @@ TOPICS: tuple[tuple[str, type[Message]], ...] = (
 )
 
 
-class Stamped(Protocol):
+class StampedMessage(Protocol):
     """A message with a header."""
 
     header: Header
@@ -86,7 +86,7 @@ class ThrottledClient:
                 logger.warning("throttled client of %s: %s", self._robot, errors.exceptions[0])
                 await asyncio.sleep(RETRY)
 
-    def on_message(self, topic: str, message: Stamped) -> None:
+    def on_message(self, topic: str, message: StampedMessage) -> None:
         """Check that a message is newer than the last one of its topic; poses have the stamps of scans."""
         self.messages += 1
         stamp, newest = message.header.stamp.seconds(), self._newest[topic]

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import psutil
 
-from endpoints.processes import serving
+from endpoints.cloud_processes import serving
 from engine.agent import main as agent
 from engine.fabric import router
 from engine.remote import agent as joined_agent

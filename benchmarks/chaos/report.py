@@ -20,7 +20,7 @@ LONGEST = 10
 """Number of longest silences that the report lists."""
 
 
-class Silence(msgspec.Struct, frozen=True):
+class ServiceGap(msgspec.Struct, frozen=True):
     """Time in which no clone served a robot [s since the run began], and the faults that can have caused it."""
 
     robot: str
@@ -76,7 +76,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
         Number of times that another cloud process than before led.
     log : list of InjectedFault
         All faults, in seconds since the run began.
-    silences : list of Silence
+    silences : list of ServiceGap
         The longest silences.
     wrong : list of str
         Descriptions of all errors, with their times.
@@ -106,7 +106,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
     cloud_starts: int
     take_overs: int
     log: list[InjectedFault]
-    silences: list[Silence]
+    silences: list[ServiceGap]
     wrong: list[str]
     fleet: int = 0
     fleet_contacts: int = 0
@@ -183,7 +183,9 @@ def causes_of(faults: Sequence[InjectedFault], gap: Gap) -> list[str]:
     return [fault.name for fault in faults if fault.at <= gap.end and max(fault.at, fault.until) >= gap.begin - BEFORE]
 
 
-def longest_silences(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequence[Gap]], began: float) -> list[Silence]:
+def longest_silences(
+    faults: Sequence[InjectedFault], gaps: Mapping[str, Sequence[Gap]], began: float
+) -> list[ServiceGap]:
     """Return the longest silences of all robots.
 
     Parameters
@@ -195,7 +197,7 @@ def longest_silences(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequenc
         Begin of the run [monotonic s].
     """
     silences = [
-        Silence(robot, round(gap.begin - began, 1), round(gap.end - began, 1), causes_of(faults, gap))
+        ServiceGap(robot, round(gap.begin - began, 1), round(gap.end - began, 1), causes_of(faults, gap))
         for robot, own in gaps.items()
         for gap in own
     ]

@@ -15,7 +15,7 @@ from benchmarks.chaos.cloud_processes import Leftovers
 from benchmarks.chaos.faults import CloudSize, Injector
 from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences, strays_of
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
-from benchmarks.chaos.scene import Scene, in_office, in_traffic
+from benchmarks.chaos.scene import ChaosScene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
@@ -182,12 +182,12 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         return _reckon(options, robots, injector, **told)
 
 
-def _scene(options: ChaosOptions, number: int) -> Scene:
+def _scene(options: ChaosOptions, number: int) -> ChaosScene:
     robots, operated = (len(range(number, count, MAPS)) for count in (options.robots, options.operators))
     return in_office(number, options.seed + number, robots, operated, options.sides)
 
 
-async def _count_contacts(scene: Scene, robots: Sequence[RobotUnderTest], tell: Callable[[str], None]) -> None:
+async def _count_contacts(scene: ChaosScene, robots: Sequence[RobotUnderTest], tell: Callable[[str], None]) -> None:
     known: Counter[int] = Counter()
     while True:
         contacts = scene.world.contacts.robot_contacts

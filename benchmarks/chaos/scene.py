@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from random import Random
 
 from benchmarks.chaos.robot_under_test import RobotUnderTest
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.halls import largest_part
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
@@ -29,7 +29,7 @@ MODEL = "turtlebot2"
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ChaosScene:
     """Robots on a map.
 
     Parameters
@@ -60,7 +60,7 @@ class Scene:
         """Number of contacts of two robots so far."""
         return self.world.contacts.robot_contacts.total() // 2
 
-    async def enter(self, target: Target, tell: Callable[[str], None]) -> list[RobotUnderTest]:
+    async def enter(self, target: CloudUnderTest, tell: Callable[[str], None]) -> list[RobotUnderTest]:
         """Publish the map, register the robots, and return them; ``tell`` is called with each error."""
         await target.publish(self.map_id, self.grid)
         robots = []
@@ -77,16 +77,16 @@ class Scene:
         return robots
 
 
-def in_office(number: int, seed: int, robots: int, operated: int, sides: tuple[float, float]) -> Scene:
+def in_office(number: int, seed: int, robots: int, operated: int, sides: tuple[float, float]) -> ChaosScene:
     """Return robots in an office, which drive around each other."""
     grid = office(seed, *sides)
     world = World(grid, seed)
-    return Scene(
+    return ChaosScene(
         f"chaos-{number}", grid, world, CoursePlanner(grid, seed).choose(robots, 2), operated, Simulator(world)
     )
 
 
-def in_traffic(seed: int, robots: int, sides: tuple[float, float]) -> Scene:
+def in_traffic(seed: int, robots: int, sides: tuple[float, float]) -> ChaosScene:
     """Return robots in a warehouse that take part in its traffic; starts and goals are in cells."""
     grid, random = warehouse(seed, *sides), Random(seed)
     radius = robot_model(MODEL).robot_radius
@@ -101,4 +101,4 @@ def in_traffic(seed: int, robots: int, sides: tuple[float, float]) -> Scene:
         for start in random.sample(drawn, robots)
     ]
     world = World(grid, seed)
-    return Scene("chaos-fleet", grid, world, courses, 0, Simulator(world), traffic=True)
+    return ChaosScene("chaos-fleet", grid, world, courses, 0, Simulator(world), traffic=True)

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from benchmarks.chaos.cloud_processes import MACHINES, STANDBY
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.front import Front
 from benchmarks.harness.joining import BLINK, JoinedMachine, joined_machines, ticket_of
@@ -136,11 +136,11 @@ class ChaosSite:
             await (cloud.begin() if self.has_standby else cloud.again())
             self.restarts += 1
 
-    async def login(self) -> Target:
+    async def login(self) -> CloudUnderTest:
         """Log in as the administrator."""
         rest = RestClient(self._front.url)
         login = await rest.login(self._leader.ready.admin_user, self._leader.password)
-        return Target(rest, self._front.url, login.token, None)
+        return CloudUnderTest(rest, self._front.url, login.token, None)
 
     async def _all_in(self, rest: RestClient) -> None:
         wanted = len(self._machines) + 1

@@ -13,7 +13,7 @@ from websockets.exceptions import WebSocketException
 from benchmarks.engine import baselines
 from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, EngineOptions
 from benchmarks.engine.site import EngineSite
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_and_p99
 from benchmarks.harness.plan_calls import compute_path_call, ends
 from ppaas.clock import monotonic
@@ -87,7 +87,7 @@ def _read(frame: str | bytes) -> _Answer:
     return from_json(frame, _Answer)
 
 
-async def prepared(target: Target) -> FirstPathQuestion:
+async def prepared(target: CloudUnderTest) -> FirstPathQuestion:
     """Publish the map of the bench; return a path request on it."""
     grid = warehouse(seed=1)
     start, goal = ends(grid)

@@ -44,7 +44,7 @@ START = 3.0
 """First position in x and y [m]."""
 
 
-class ReportingRobot:
+class CoordinatedRobot:
     """A robot that reports where it is, and receives the states of its coordinator.
 
     Parameters
@@ -135,7 +135,7 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
 
 
 @contextlib.asynccontextmanager
-async def reporting(site: EngineSite, map_id: str) -> AsyncIterator[tuple[ReportingRobot, float]]:
+async def reporting(site: EngineSite, map_id: str) -> AsyncIterator[tuple[CoordinatedRobot, float]]:
     """Open a robot on a map of its own; yield it with the time until the first state of its coordinator [s]."""
     name = f"{map_id}-robot"
     await site.target.publish(map_id, grid_to_drive_on())
@@ -143,13 +143,13 @@ async def reporting(site: EngineSite, map_id: str) -> AsyncIterator[tuple[Report
     await site.target.rest.put_robot(name, file)
     began = monotonic()
     async with RobotClient(site.target.url, robot=name, token=site.target.token) as client:
-        robot = ReportingRobot(client, name)
+        robot = CoordinatedRobot(client, name)
         await client.subscribe("people_coordinator/state", PeopleState, robot.heard)
         await robot.next_state()
         yield robot, robot.states[0] - began
 
 
-async def _delays(robot: ReportingRobot, rounds: int) -> list[float]:
+async def _delays(robot: CoordinatedRobot, rounds: int) -> list[float]:
     """Return the times from reports to states that have them [s]; reports are sent at all times of a cycle."""
     delays = []
     for number in range(rounds):
@@ -158,7 +158,7 @@ async def _delays(robot: ReportingRobot, rounds: int) -> list[float]:
     return delays
 
 
-async def _crash(site: EngineSite, map_id: str, robot: ReportingRobot) -> float:
+async def _crash(site: EngineSite, map_id: str, robot: CoordinatedRobot) -> float:
     pid = await _pid(site, map_id)
     await robot.next_state()
     killed = monotonic()

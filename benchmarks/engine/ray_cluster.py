@@ -17,7 +17,7 @@ from typing import Generic, TypeVar
 import psutil
 
 from benchmarks.engine.site import machines_beyond
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.free_ports import free_ports
 from ppaas.errors import Unavailable
 
@@ -205,7 +205,7 @@ class RayHosts:
         self.environment = cluster.credentials
 
     @contextlib.asynccontextmanager
-    async def joined(self, target: Target, folder: Path) -> AsyncIterator[LocalRayNode]:
+    async def joined(self, target: CloudUnderTest, folder: Path) -> AsyncIterator[LocalRayNode]:
         """Start a node, wait until it is a machine of the cloud, and end it afterwards."""
         known = [view["id"] for view in await target.rest.items("/v1/machines")]
         node = await asyncio.to_thread(self._cluster.join)

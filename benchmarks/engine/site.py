@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from benchmarks.engine.options import EngineOptions
-from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
+from benchmarks.harness.cloud_under_test import LINGER, CloudUnderTest, logged_in
 from benchmarks.harness.joining import JoinedMachine, joined_machines, ticket_of
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
@@ -47,7 +47,7 @@ class Hosts(Protocol):
     environment: dict[str, str]
     """Environment variables of that cloud."""
 
-    def joined(self, target: Target, folder: Path) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
+    def joined(self, target: CloudUnderTest, folder: Path) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
         """Start a machine that joins the cloud with this folder, and end it afterwards."""
         ...
 
@@ -58,7 +58,7 @@ class EngineSite:
 
     Parameters
     ----------
-    target : Target
+    target : CloudUnderTest
         The cloud.
     machine : str
         Name of its first machine.
@@ -68,7 +68,7 @@ class EngineSite:
         Provider of a second machine.
     """
 
-    target: Target
+    target: CloudUnderTest
     machine: str
     folder: Path
     hosts: Hosts
@@ -129,7 +129,7 @@ async def cloud_on(hosts: Hosts, options: EngineOptions) -> AsyncIterator[Engine
         yield EngineSite(target, (await machines_beyond(target, ()))[0], cloud.folder, hosts)
 
 
-async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
+async def machines_beyond(target: CloudUnderTest, known: Collection[str]) -> list[str]:
     """Wait until machines other than the known ones have joined; return their names.
 
     Raises
@@ -164,7 +164,7 @@ class LocalHosts:
         self._count = 0
 
     @contextlib.asynccontextmanager
-    async def joined(self, target: Target, folder: Path) -> AsyncIterator[JoinedMachine]:
+    async def joined(self, target: CloudUnderTest, folder: Path) -> AsyncIterator[JoinedMachine]:
         """Start a machine that joins the cloud with this folder by a ticket, and end it afterwards."""
         self._count += 1
         name = f"bench-{self._count}"

@@ -14,7 +14,7 @@ from rich.progress import Progress
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import MAP, grid_to_drive_on
 from benchmarks.engine.options import EngineOptions
-from benchmarks.harness.cloud_under_test import Target, logged_in
+from benchmarks.harness.cloud_under_test import CloudUnderTest, logged_in
 from benchmarks.harness.figures import Figure, median_and_worst
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.joining import JoinedMachine, ticket_of
@@ -83,7 +83,7 @@ async def _take_over(fault: signal.Signals) -> TakeOver:
 
 
 @contextlib.asynccontextmanager
-async def _joined(leader: CloudProcess, folder: Path) -> AsyncIterator[Target]:
+async def _joined(leader: CloudProcess, folder: Path) -> AsyncIterator[CloudUnderTest]:
     """Let a machine join, and a robot have its container there."""
     target = await logged_in(leader)
     machine = await JoinedMachine.start(MACHINE, folder, await ticket_of(leader.folder / "data"))
@@ -108,7 +108,7 @@ async def _stands_by(standby: CloudProcess) -> None:
     await asyncio.sleep(SETTLED)
 
 
-async def _fail(target: Target, leader: int, fault: signal.Signals, standby: CloudProcess) -> TakeOver:
+async def _fail(target: CloudUnderTest, leader: int, fault: signal.Signals, standby: CloudProcess) -> TakeOver:
     before = await _container(target.rest)
     failed = monotonic()
     os.kill(leader, fault)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -129,7 +129,7 @@ def _moved(odometry: Odometry, x: float, stamp: Time) -> Odometry:
 
 @contextlib.asynccontextmanager
 async def talking_robot(
-    target: Target, robot: str, map_id: str, grid: GridMap, start: Pose2D
+    target: CloudUnderTest, robot: str, map_id: str, grid: GridMap, start: Pose2D
 ) -> AsyncIterator[TalkingRobot]:
     """Open a robot that stands at a pose of a published map."""
     await target.register(robot, map_id, start)

@@ -34,7 +34,7 @@ from ppaas.robot_model.known_models import robot_model
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.taking_part import TRAFFIC
 from ppaas.zones.zone import NO_ZONES, ZoneSet
-from robots.sim.driver import Schedule
+from robots.sim.driver import FixedRate
 from robots.sim.world import World
 
 EPOCH = 1_000_000.0
@@ -48,7 +48,7 @@ SHARE_RATE = 5.0
 """Rate at which robots share their positions [Hz]."""
 
 
-class TrafficRobot(ClonedRobot):
+class SimulatedTrafficRobot(ClonedRobot):
     """One robot: its simulated body, and its clone.
 
     Attributes
@@ -109,7 +109,7 @@ class TrafficRobot(ClonedRobot):
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """What has become of a run.
 
     Parameters
@@ -163,7 +163,7 @@ class TrafficScene:
         self.cells = largest_part(self.roadmap.roadmap)
         for cell in self.rng.sample(self.cells, robots):
             self.world.add_robot(Pose2D(*self.roadmap.centre(cell), self.rng.uniform(-3.0, 3.0)))
-        self.robots = [TrafficRobot(self.world, number, self.layers, obeys=obeys) for number in range(robots)]
+        self.robots = [SimulatedTrafficRobot(self.world, number, self.layers, obeys=obeys) for number in range(robots)]
         self._names = {robot.id: robot for robot in self.robots}
         self._post: deque[tuple[float, TrafficReport | TrafficGrants]] = deque()
         self.node: Graph | None = None
@@ -172,7 +172,7 @@ class TrafficScene:
         if obeys:
             self.start_node()
         self.nearest, self.longest, self._times = 9.0, 0.0, 0.0
-        self._share = Schedule(SHARE_RATE, 0.0)
+        self._share = FixedRate(SHARE_RATE, 0.0)
 
     def start_node(self) -> None:
         """Start a traffic node that knows nothing of any before it."""
@@ -236,11 +236,11 @@ class TrafficScene:
         """Texts of goals that were not reached, each once."""
         return sorted({reason for robot in self.robots for reason in robot.reasons})
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RunOutcome:
         """Return what has become of it so far."""
         goals = sum(robot.arrived for robot in self.robots)
         contacts = self.world.contacts
-        return Outcome(
+        return RunOutcome(
             goals, sum(robot.failed for robot in self.robots), contacts.robot_contacts.total() // 2,
             contacts.wall_contacts.total(), round(self.nearest, 3), round(self.longest, 1),
             round(self._times / max(goals, 1), 1), [miss for robot in self.robots for miss in robot.misses],

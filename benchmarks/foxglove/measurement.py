@@ -16,7 +16,7 @@ import psutil
 from benchmarks.engine.talking_robot import TalkingRobot, talking_robot
 from benchmarks.foxglove import sdk_server, viewer_process
 from benchmarks.foxglove.viewer_process import TOPICS
-from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
+from benchmarks.harness.cloud_under_test import LINGER, CloudUnderTest, logged_in
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.json_process import JsonProcess, json_process
@@ -57,7 +57,9 @@ async def measure(progress: "Progress", robots: int, *, quick: bool) -> list[Fig
     return [*figures, await _of_sdk(robots, seconds)]
 
 
-async def _of_cloud(target: Target, port: int, robots: int, seconds: float, talking: asyncio.Event) -> list[Figure]:
+async def _of_cloud(
+    target: CloudUnderTest, port: int, robots: int, seconds: float, talking: asyncio.Event
+) -> list[Figure]:
     """Return the figures: of a viewer that looks at nothing beside silent robots, and of one that looks."""
     assert target.pid is not None
     web, url = endpoint_of(target.pid), f"ws://127.0.0.1:{port}/?token={target.token}"
@@ -111,7 +113,7 @@ async def _viewer(url: str, robots: int) -> AsyncIterator[JsonProcess]:
 
 
 @contextlib.asynccontextmanager
-async def _standing(progress: "Progress", target: Target, robots: int) -> AsyncIterator[asyncio.Event]:
+async def _standing(progress: "Progress", target: CloudUnderTest, robots: int) -> AsyncIterator[asyncio.Event]:
     """Let robots stand, and publish once the event is set."""
     grid = office(seed=1, width=12.0, height=10.0)
     await target.publish(MAP, grid)

@@ -19,7 +19,7 @@ CORES = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class CloudUnderTest:
     """A cloud under test, and a login to it.
 
     Parameters
@@ -62,20 +62,20 @@ class Target:
 
 
 @contextlib.asynccontextmanager
-async def own_cloud() -> AsyncIterator[Target]:
+async def own_cloud() -> AsyncIterator[CloudUnderTest]:
     """Start a cloud and end it afterwards."""
     async with CloudProcess(arguments=("--linger", str(LINGER))) as cloud:
         yield await logged_in(cloud)
 
 
-async def logged_in(cloud: CloudProcess) -> Target:
+async def logged_in(cloud: CloudProcess) -> CloudUnderTest:
     """Log in to a started cloud as its administrator."""
     rest = RestClient(cloud.ready.url)
     login = await rest.login(cloud.ready.admin_user, cloud.password)
-    return Target(rest, cloud.ready.url, login.token, cloud.ready.pid)
+    return CloudUnderTest(rest, cloud.ready.url, login.token, cloud.ready.pid)
 
 
 @contextlib.asynccontextmanager
-async def running_cloud(url: str, token: str) -> AsyncIterator[Target]:
+async def running_cloud(url: str, token: str) -> AsyncIterator[CloudUnderTest]:
     """Use a cloud that already runs."""
-    yield Target(RestClient(url, token), url, token, None)
+    yield CloudUnderTest(RestClient(url, token), url, token, None)

@@ -99,7 +99,7 @@ class RestAsker:
 _LENGTH, _END = b"content-length:", b"\r\n\r\n"
 
 
-class Requests:
+class RouteRequests:
     """Requests of one route of a server, which clients take one after the other.
 
     Parameters
@@ -161,7 +161,7 @@ class Requests:
 class _Client(asyncio.Protocol):
     """One connection. It parses the status and the length of an answer, and nothing else."""
 
-    def __init__(self, requests: Requests) -> None:
+    def __init__(self, requests: RouteRequests) -> None:
         self._requests = requests
         self._over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._read = b""

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import psutil
 
-from endpoints.processes import serving
+from endpoints.cloud_processes import serving
 from ppaas.clock import monotonic
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class ProcessMemory:
     """Memory of one process [MB]; pages that n processes share count 1/n.
 
     Parameters
@@ -32,7 +32,7 @@ class Memory:
     shared_map: float
 
 
-def memory_of(pid: int) -> Memory:
+def memory_of(pid: int) -> ProcessMemory:
     """Return the memory of a process, from ``/proc/PID/smaps``.
 
     Raises
@@ -49,7 +49,7 @@ def memory_of(pid: int) -> Memory:
         elif rest.endswith(" kB"):
             totals[field, mapped] += int(rest[:-3])
     private = totals["Private_Clean:", False] + totals["Private_Dirty:", False]
-    return Memory(totals["Pss:", False] / 1e3, private / 1e3, totals["Pss:", True] / 1e3)
+    return ProcessMemory(totals["Pss:", False] / 1e3, private / 1e3, totals["Pss:", True] / 1e3)
 
 
 def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:

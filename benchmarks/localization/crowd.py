@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localization.route import Route
+from benchmarks.localization.route import RandomRoute
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.sim.robot import SimulatedRobot
@@ -99,7 +99,7 @@ class Inching:
 
     Parameters
     ----------
-    route : Route
+    route : RandomRoute
         Route of the robot.
     world : World
         Source of the time.
@@ -107,7 +107,7 @@ class Inching:
         Random source of the choices.
     """
 
-    def __init__(self, route: Route, world: World, rng: np.random.Generator) -> None:
+    def __init__(self, route: RandomRoute, world: World, rng: np.random.Generator) -> None:
         self._route, self._world, self._rng = route, world, rng
         self._turn, self._until = 0.0, 0.0
 

@@ -24,7 +24,7 @@ NEAREST_GOAL = 5.0
 """Smallest distance to a goal if the map is large enough [m]."""
 
 
-class Route:
+class RandomRoute:
     """An endless route through random goals of a map.
 
     Parameters

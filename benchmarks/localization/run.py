@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from benchmarks.harness.parallel_runs import run_all
 from benchmarks.localization.crowd import Crowd, CrowdedWorld, Inching
 from benchmarks.localization.localizer import Localizer
-from benchmarks.localization.route import Route
+from benchmarks.localization.route import RandomRoute
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
@@ -47,7 +47,7 @@ class LocalizationScene:
 
     def __init__(self, grid: GridMap, parameters: dict[str, Any], rng: np.random.Generator, *, told: bool) -> None:
         self._rng = rng
-        self._route = Route(grid, rng)
+        self._route = RandomRoute(grid, rng)
         start = self._route.anywhere()
         self._world = CrowdedWorld(grid, int(rng.integers(1 << 30)))
         self._robot = self._world.add_robot(start)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.localization.route import Route
+from benchmarks.localization.route import RandomRoute
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
@@ -38,7 +38,7 @@ def measure(grid: GridMap, particles: Sequence[int], threads: Sequence[int]) -> 
         Largest numbers of threads of the kernels.
     """
     rng = np.random.default_rng(1)
-    pose = Route(grid, rng).anywhere()
+    pose = RandomRoute(grid, rng).anywhere()
     world = World(grid, 1)
     scan = world.add_robot(pose).scan()
     layers = build_layers(grid)

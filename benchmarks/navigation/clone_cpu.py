@@ -31,7 +31,7 @@ from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
 from ppaas.messages.ppaas_msgs import RobotState
 from ppaas.robot_model.known_models import robot_model
 from robots.sim.courses import Course, CoursePlanner
-from robots.sim.driver import Schedule, SensorRates
+from robots.sim.driver import FixedRate, SensorRates
 from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 
@@ -101,7 +101,7 @@ class _Drive:
 
     async def run(self, seconds: float, done: Callable[[], object]) -> None:
         rates, world = SensorRates(), self._world
-        odometry, scan, batch = (Schedule(rate, 0.0) for rate in (rates.odom, rates.scan, BATCHES))
+        odometry, scan, batch = (FixedRate(rate, 0.0) for rate in (rates.odom, rates.scan, BATCHES))
         world.epoch = self._clone.clock() - world.time()
         async with self._clone.runs():
             for topic in ("cmd_vel", "move_base/result"):

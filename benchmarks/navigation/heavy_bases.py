@@ -41,7 +41,7 @@ BASES = (
 )  # fmt: skip
 
 
-class Stop(NamedTuple):
+class DriveStop(NamedTuple):
     """End of a drive: farthest place past the goal [m], whether the goal was reached, and the time [s]."""
 
     past: float
@@ -49,7 +49,7 @@ class Stop(NamedTuple):
     seconds: float
 
 
-def stop(planner: str, base: HeavyBase) -> Stop:
+def stop(planner: str, base: HeavyBase) -> DriveStop:
     """Drive a base straight to a goal by a local planner."""
     controller = create(
         planner, robot_radius=RADIUS, max_vel_x=base.max_vel_x, acc_lim_x=base.acc_lim_x, acc_lim_theta=ACC_LIM_THETA
@@ -59,7 +59,7 @@ def stop(planner: str, base: HeavyBase) -> Stop:
     pose, velocity, command, farthest = Pose2D(MARGIN, MARGIN), Velocity(), Velocity(), 0.0
     for cycle in range(round(MOST * RATE)):
         if controller.is_goal_reached(pose, velocity):
-            return Stop(max(farthest - goal, 0.0), True, cycle / RATE)
+            return DriveStop(max(farthest - goal, 0.0), True, cycle / RATE)
         wanted, period = command, 1.0 / RATE
         try:
             command = controller.compute_velocity(ControlRequest(pose, velocity, window(costmap, pose), period))
@@ -71,7 +71,7 @@ def stop(planner: str, base: HeavyBase) -> Stop:
         )
         pose = advance(pose, velocity, period)
         farthest = max(farthest, pose.x)
-    return Stop(max(farthest - goal, 0.0), False, MOST)
+    return DriveStop(max(farthest - goal, 0.0), False, MOST)
 
 
 def _hall() -> Costmap:

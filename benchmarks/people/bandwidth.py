@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from benchmarks.harness.cloud_under_test import Target, own_cloud
+from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud
 from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.people.options import PeopleOptions
 from ppaas.errors import Unavailable
@@ -51,7 +51,7 @@ READY_TIMEOUT = 60.0
 PEOPLE = 3
 
 
-class Case(NamedTuple):
+class BandwidthCase(NamedTuple):
     """Kind of images and home of the node; without images, the robot has no camera."""
 
     name: str
@@ -61,14 +61,14 @@ class Case(NamedTuple):
 
 
 CASES = (
-    Case("no images", images=False, compressed=True, home="cloud"),
-    Case("raw images, node in the cloud", images=True, compressed=False, home="cloud"),
-    Case("compressed images, node in the cloud", images=True, compressed=True, home="cloud"),
-    Case("node on the robot", images=True, compressed=False, home="robot"),
+    BandwidthCase("no images", images=False, compressed=True, home="cloud"),
+    BandwidthCase("raw images, node in the cloud", images=True, compressed=False, home="cloud"),
+    BandwidthCase("compressed images, node in the cloud", images=True, compressed=True, home="cloud"),
+    BandwidthCase("node on the robot", images=True, compressed=False, home="robot"),
 )
 
 
-class Traffic(NamedTuple):
+class ByteRates(NamedTuple):
     """Bytes per second from the robot to the cloud, and back; and images per second that the node has processed."""
 
     up: float
@@ -131,7 +131,7 @@ def measure(options: PeopleOptions) -> PartResult:
     found = asyncio.run(_measure_all(options))
     rest = found[CASES[0]]
     own = {
-        case: Traffic(each.up - rest.up, each.down - rest.down, each.processed)
+        case: ByteRates(each.up - rest.up, each.down - rest.down, each.processed)
         for case, each in found.items()
         if case.images
     }
@@ -151,7 +151,7 @@ def measure(options: PeopleOptions) -> PartResult:
     return PartResult(figures, rows, results)
 
 
-def _row(name: str, traffic: Traffic) -> dict[str, str]:
+def _row(name: str, traffic: ByteRates) -> dict[str, str]:
     return {
         "traffic of": name,
         "to the cloud": f"{traffic.up / 1e3:,.1f} KB/s",
@@ -160,7 +160,7 @@ def _row(name: str, traffic: Traffic) -> dict[str, str]:
     }
 
 
-async def _measure_all(options: PeopleOptions) -> dict[Case, Traffic]:
+async def _measure_all(options: PeopleOptions) -> dict[BandwidthCase, ByteRates]:
     async with own_cloud() as target:
         grid = office(options.seed, 14.0, 11.0)
         await target.publish("office", grid)
@@ -172,7 +172,9 @@ async def _measure_all(options: PeopleOptions) -> dict[Case, Traffic]:
             return {case: await _measure(target, proxy, url, case, options) for case in CASES}
 
 
-async def _measure(target: Target, proxy: CountingProxy, url: str, case: Case, options: PeopleOptions) -> Traffic:
+async def _measure(
+    target: CloudUnderTest, proxy: CountingProxy, url: str, case: BandwidthCase, options: PeopleOptions
+) -> ByteRates:
     world = _world(options.seed, camera=case.images)
     body, name = world.robots[0], f"{PART}-{CASES.index(case)}"
     pose = (body.base.pose.x, body.base.pose.y, body.base.pose.theta)
@@ -202,7 +204,7 @@ async def _measure(target: Target, proxy: CountingProxy, url: str, case: Case, o
         seconds = QUICK_SECONDS if options.quick else SECONDS
         up, down, before = proxy.up, proxy.down, len(stamps)
         await asyncio.sleep(seconds)
-        return Traffic((proxy.up - up) / seconds, (proxy.down - down) / seconds, (len(stamps) - before) / seconds)
+        return ByteRates((proxy.up - up) / seconds, (proxy.down - down) / seconds, (len(stamps) - before) / seconds)
 
 
 class _Homes:

@@ -14,7 +14,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
-from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.coordinator import PeopleCoordinator
 from ppaas.people.settings import PeopleSettings
 from ppaas.people.tracks.assignment import solver
 from ppaas.planners.base import PlanRequest
@@ -87,7 +87,7 @@ def measure(options: PeopleOptions) -> PartResult:
 def _run(costmap: Costmap, robots: int, people: int, options: PeopleOptions) -> Run:
     """Return the times of a run. Every second robot has a camera, the others a laser that turns."""
     world = ReportWorld(costmap, people, _robots(costmap, robots, options.seed), options.seed)
-    coordinator = Coordinator(costmap, PeopleSettings(followed_at_once=max(1, robots // 5), history=True))
+    coordinator = PeopleCoordinator(costmap, PeopleSettings(followed_at_once=max(1, robots // 5), history=True))
     cycles, reports, checkpoints, pairs, counts, orders = [], [], [], [], [], []
     for cycle in range(FIRST + (QUICK if options.quick else CYCLES)):
         now = NOW + cycle * PERIOD

@@ -72,7 +72,7 @@ class Spread:
         self.messages += self._robots[group] * max(len(members) - 1, 0)
 
 
-class Simulation:
+class PlacementSimulation:
     """Simulated machines on which a balancer places containers.
 
     Parameters
@@ -162,7 +162,9 @@ def measure(options: PlacementOptions, progress: "Progress") -> dict[str, Any]:
         "cores": options.cores,
         "robots": total,
         "balancers": {
-            name: _simulate(Simulation(balancer, options.machines, options.cores), options, total, name, progress)
+            name: _simulate(
+                PlacementSimulation(balancer, options.machines, options.cores), options, total, name, progress
+            )
             for name, balancer in balancers.items()
         },
     }
@@ -175,7 +177,7 @@ def _arrivals(options: PlacementOptions) -> Callable[[], Iterator[Any]]:
 
 
 def _simulate(
-    simulation: Simulation, options: PlacementOptions, total: int, name: str, progress: "Progress"
+    simulation: PlacementSimulation, options: PlacementOptions, total: int, name: str, progress: "Progress"
 ) -> dict[str, Any]:
     task, arrived = progress.add_task(name, total=total), 0
     every = max(1, total // SAMPLES)

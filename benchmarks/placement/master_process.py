@@ -21,13 +21,13 @@ import uvloop
 
 from benchmarks.harness.json_process import lines, tell
 from benchmarks.placement.arrivals import RobotArrival, generated
+from engine.control.master_driver import MasterDriver
+from engine.links.control_server import ControlServer
 from engine.master.balancers.registry import BALANCERS
 from engine.master.master import Master
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link
-from engine.service.links.control_server import ControlServer
-from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.machine_settings import MachineSettings
 from engine.specs.start_state import KernelProgress

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from rich.progress import Progress
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 
@@ -24,7 +24,7 @@ FIRST_PAINT = """() => new Promise(tell => {
 """Script that returns the first contentful paint [ms since the begin of the navigation]."""
 
 
-async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Fetch the page, then measure its first paint in a browser with an empty cache."""
     runs = QUICK if quick else RUNS
     fetched = [fetch(target.url) for _ in progress.track(range(runs), description="dashboard, its page")]

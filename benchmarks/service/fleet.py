@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from rich.progress import Progress
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
-from benchmarks.harness.process_usage import Memory, cpu_seconds, memory_of
+from benchmarks.harness.process_usage import ProcessMemory, cpu_seconds, memory_of
 from benchmarks.harness.roaming_robot import RoamingRobot, roaming_robot
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -78,7 +78,7 @@ class Trial:
         CPUs used by each kind of process.
     late : float
         Delay of the simulated world at the end [s]; the trial is invalid if the world was too slow.
-    memory : list of Memory
+    memory : list of ProcessMemory
         Memory of the containers at the end.
     """
 
@@ -86,7 +86,7 @@ class Trial:
     gaps: np.ndarray
     shares: dict[str, float]
     late: float
-    memory: list[Memory]
+    memory: list[ProcessMemory]
 
     def gap(self, percentile: float) -> float:
         """Return a percentile of the gaps [ms]; infinite without commands."""
@@ -109,7 +109,7 @@ class Trial:
         return f"{self.robots} robots: gap {gaps} ms; CPUs: {self.cpus()}; world {1e3 * self.late:.0f} ms late"
 
 
-async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Search the largest fleet that is served in time; then measure the memory of containers of small fleets."""
     plan = QUICK if quick else Plan()
     grid = warehouse(3, *SIDES)
@@ -155,7 +155,7 @@ class SimulatedFleet:
 
     Parameters
     ----------
-    target : Target
+    target : CloudUnderTest
         The cloud.
     grid : GridMap
         Map of the world.
@@ -163,7 +163,7 @@ class SimulatedFleet:
         Number of robots.
     """
 
-    def __init__(self, target: Target, grid: GridMap, robots: int) -> None:
+    def __init__(self, target: CloudUnderTest, grid: GridMap, robots: int) -> None:
         self._target = target
         self._robots = robots
         self._courses = CoursePlanner(grid, robots).choose(robots, 2)

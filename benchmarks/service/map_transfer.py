@@ -18,7 +18,7 @@ from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
@@ -33,7 +33,7 @@ YAML = b"image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"
 LARGE_MAP = "bench-large"
 
 
-async def measure_publishing(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure_publishing(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Copy the file and publish it in turns, each time with other cells, so that the cloud must store it."""
     side = QUICK_SIDE if quick else SIDE
     copied, synced, published, fetched = [], [], [], []
@@ -118,7 +118,7 @@ READY_TIMEOUT = 240.0
 """Time limit for all robots to have containers [s]: the layers of a large map take some seconds."""
 
 
-async def measure_push(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure_push(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Publish a version in which a square has changed, then go back and forth between both versions.
 
     The first time, the machine makes the layers of the version and compares the maps. Later they are in its cache, and
@@ -165,7 +165,7 @@ def _grid(side: int, value: int) -> GridMap:
 
 
 @contextlib.asynccontextmanager
-async def _robots(target: Target, count: int) -> AsyncIterator[list[ClientConnection]]:
+async def _robots(target: CloudUnderTest, count: int) -> AsyncIterator[list[ClientConnection]]:
     async with contextlib.AsyncExitStack() as stack:
         sockets = []
         for number in range(count):
@@ -192,7 +192,7 @@ async def _connected(url: str) -> ClientConnection:
                 await asyncio.sleep(1.0)
 
 
-async def _until(target: Target, met: Callable[[int], bool]) -> None:
+async def _until(target: CloudUnderTest, met: Callable[[int], bool]) -> None:
     """Wait until the number of robots on the map that have a container meets a condition."""
     while True:
         running = await target.rest.items("/v1/containers")
@@ -221,7 +221,7 @@ async def _changes(socket: ClientConnection) -> tuple[float, int]:
     return monotonic(), size
 
 
-async def _removed(target: Target) -> None:
+async def _removed(target: CloudUnderTest) -> None:
     """Remove the map once its robots have lost their containers."""
     await _until(target, lambda ready: ready == 0)
     await target.rest.delete(path_of("maps", PUSHED_MAP))

@@ -19,9 +19,9 @@ import msgspec
 import psutil
 from rich.progress import Progress
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure
-from benchmarks.harness.plan_calls import Requests
+from benchmarks.harness.plan_calls import RouteRequests
 from benchmarks.harness.process_usage import cpu_of, endpoint_of
 from benchmarks.service.plan_requests import echo
 from ppaas.clock import monotonic
@@ -120,7 +120,7 @@ class Way:
     clients: tuple[int, ...] = (CLIENTS,)
 
 
-async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Put the same loads on the cloud and on the yardstick; measures nothing of a cloud that already runs."""
     found = list[Figure]()
     if target.pid is None:
@@ -133,7 +133,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
     return found
 
 
-async def _measure(target: Target, way: Way, clients: int, seconds: float) -> list[Figure]:
+async def _measure(target: CloudUnderTest, way: Way, clients: int, seconds: float) -> list[Figure]:
     assert target.pid is not None
     serving = [endpoint_of(target.pid), psutil.Process(target.pid)]
     cloud = _Load(f"{target.url}{way.route}", target.token, way, serving)
@@ -191,9 +191,9 @@ class _Load:
     way: Way
     processes: list[psutil.Process]
 
-    async def send(self, count: int, clients: int) -> Requests:
+    async def send(self, count: int, clients: int) -> RouteRequests:
         bodies = (json.dumps(body).encode() for body in itertools.islice(self.way.bodies(), count))
-        requests = Requests(self.url, self.token, bodies, {"Accept": self.way.accept})
+        requests = RouteRequests(self.url, self.token, bodies, {"Accept": self.way.accept})
         await requests.run(clients)
         return requests
 

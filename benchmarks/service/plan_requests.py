@@ -11,7 +11,7 @@ import msgspec
 from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection, connect
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends, make_plan_call
 from benchmarks.service import echo_server
@@ -37,7 +37,7 @@ Ask = Callable[[], Awaitable[float]]
 """Sends one request; returns the time reported by the planner [s]."""
 
 
-async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Request the same path in all ways in turn, repeatedly."""
     grid = warehouse(seed=1)
     start, goal = ends(grid)

@@ -17,7 +17,7 @@ import msgspec
 from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection, connect
 
-from benchmarks.harness.cloud_under_test import Target, own_cloud
+from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends
 from ppaas.clock import monotonic
@@ -71,7 +71,7 @@ async def measure(progress: Progress, quick: bool) -> list[Figure]:
     return found
 
 
-async def _ways(target: Target, grid: GridMap, stack: contextlib.AsyncExitStack) -> dict[str, Ask]:
+async def _ways(target: CloudUnderTest, grid: GridMap, stack: contextlib.AsyncExitStack) -> dict[str, Ask]:
     start, goal = ends(grid)
     await target.publish(MAP, grid)
     url = await target.register(ROBOT, MAP, start, CORES)
@@ -83,7 +83,7 @@ async def _ways(target: Target, grid: GridMap, stack: contextlib.AsyncExitStack)
     return ways
 
 
-def _by_rest(target: Target, body: dict[str, object]) -> Ask:
+def _by_rest(target: CloudUnderTest, body: dict[str, object]) -> Ask:
     def exchange(reuse: bool) -> bytes:
         # A new connection: the server would close one that is idle while the other way is measured.
         with contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")) as rest:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from rich.progress import Progress
 from websockets.asyncio.client import connect
 
-from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.maps.generate import warehouse
@@ -78,7 +78,7 @@ FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
 """Subscription to a latched topic, which the clone answers at once."""
 
 
-async def measure_containers(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+async def measure_containers(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Open robots one after the other; the first is a warm-up, as the map is new to the machine."""
     grid = warehouse(seed=1)
     start = CoursePlanner(grid, 1).choose(1, 1)[0].start

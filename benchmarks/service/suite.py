@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from rich.progress import Progress
 
-from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
+from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure, PartSelection
 from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup
 
-Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
+Measure = Callable[[CloudUnderTest, Progress, bool], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
     plan_requests.PART: plan_requests.measure,
@@ -61,7 +61,7 @@ async def measure(options: ServiceOptions, progress: Progress) -> list[Figure]:
     return figures
 
 
-def _target(options: ServiceOptions) -> contextlib.AbstractAsyncContextManager[Target]:
+def _target(options: ServiceOptions) -> contextlib.AbstractAsyncContextManager[CloudUnderTest]:
     if options.url is None:
         return own_cloud()
     return running_cloud(options.url, options.token or "")

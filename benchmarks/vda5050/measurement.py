@@ -25,7 +25,7 @@ from ppaas.wire.vda5050.fields import Position, Velocity
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import Deviation, Edge, Node, NodePosition, Order
 from ppaas.wire.vda5050.states import Connection, EdgeState, NodeState, PowerSupply, SafetyState, State
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -88,7 +88,7 @@ async def _order_all(names: list[str], port: int) -> None:
     """Order each AGV to a node that it does not reach."""
     async with Client("127.0.0.1", port) as client:
         for name in names:
-            address = Address.of(Version.V2_1, "ppaas", name)
+            address = AgvAddress.of(Version.V2_1, "ppaas", name)
             header = HeaderCounter(Version.V2_1, address).next(topics.ORDER, epoch())
             await client.publish(address.topic(topics.ORDER), encode(topics.ORDER, header, ORDER, Version.V2_1))
 
@@ -132,7 +132,7 @@ class ReportingAgv:
     """AGV that drives in a circle, on an order of another master control."""
 
     def __init__(self, index: int) -> None:
-        self.address = Address.of(VERSION, "acme", f"agv{index}")
+        self.address = AgvAddress.of(VERSION, "acme", f"agv{index}")
         self._headers = HeaderCounter(VERSION, self.address)
         self._step, self.sent = index, 0
 

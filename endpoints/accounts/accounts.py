@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.fair_queue import Origin
+from endpoints.accounts.fair_queue import RequestOrigin
 from endpoints.accounts.passwords import Passwords, RapyutaPasswords
 from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.tokens import TOKEN_LIFETIME, IssuedToken, TokenCache, Tokens, received_token_id
@@ -246,7 +246,7 @@ class Accounts:
         if not await self._matches(await run_in_threadpool(self._store.user, user_id), password, origin):
             raise NotPermitted("old_password is not the current password of this user")
 
-    async def _matches(self, user: User | None, password: str, origin: Origin) -> bool:
+    async def _matches(self, user: User | None, password: str, origin: RequestOrigin) -> bool:
         """Return whether the password is right, and count the attempt."""
         if await self._passwords.verify(user.password_hash if user else None, password, origin):
             await self._logins.succeeded(origin)

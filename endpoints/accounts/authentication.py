@@ -21,7 +21,7 @@ from storage.records import User
 _KEY = "ppaas.caller"
 
 
-class Caller(NamedTuple):
+class AuthenticatedUser(NamedTuple):
     """User of a connection, and id of the token that authenticated it."""
 
     user: str
@@ -30,10 +30,10 @@ class Caller(NamedTuple):
 
 def note_caller(scope: MutableMapping[str, Any], user: str, token: str) -> None:
     """Note the user of a connection, and the id of the token."""
-    scope[_KEY] = Caller(user, token)
+    scope[_KEY] = AuthenticatedUser(user, token)
 
 
-def caller_of(scope: MutableMapping[str, Any]) -> Caller | None:
+def caller_of(scope: MutableMapping[str, Any]) -> AuthenticatedUser | None:
     """Return the caller of a connection; None if it is not authenticated."""
     return scope.get(_KEY)
 
@@ -45,14 +45,14 @@ PROTOCOL = "ppaas"
 """Subprotocol that the cloud selects beside one with a token, if it is offered."""
 
 
-class Credentials(NamedTuple):
+class TokenClaim(NamedTuple):
     """Token of a request, and the user whose token the client says it is; None if it says none."""
 
     token: str
     user: str | None = None
 
 
-def credentials_of(connection: HTTPConnection) -> Credentials:
+def credentials_of(connection: HTTPConnection) -> TokenClaim:
     """Return the credentials in the header of a request.
 
     Raises
@@ -84,7 +84,7 @@ def bearer_of(authorization: str) -> str | None:
     return token.strip() or None if scheme.lower() == "bearer" else None
 
 
-def parse_credentials(authorization: str) -> Credentials | None:
+def parse_credentials(authorization: str) -> TokenClaim | None:
     """Return the credentials of an ``Authorization`` header, Bearer or Basic; None for another scheme, or no token.
 
     Raises
@@ -96,10 +96,10 @@ def parse_credentials(authorization: str) -> Credentials | None:
     if scheme.lower() == "basic":
         return _parse_basic(text.strip())
     token = bearer_of(authorization)
-    return None if token is None else Credentials(token)
+    return None if token is None else TokenClaim(token)
 
 
-def _parse_basic(text: str) -> Credentials:
+def _parse_basic(text: str) -> TokenClaim:
     """Return the credentials of the scheme Basic (RFC 7617). No error quotes them: either may be a token."""
     try:
         user, _, token = base64.b64decode(text, validate=True).decode().partition(":")
@@ -110,7 +110,7 @@ def _parse_basic(text: str) -> Credentials:
             "Basic credentials must be USER:TOKEN, as in ws://USER:TOKEN@HOST/?robot=ID: the name of a user, and in "
             "place of the password a token of this user from POST /v1/tokens"
         )
-    return Credentials(token, user)
+    return TokenClaim(token, user)
 
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
@@ -120,7 +120,7 @@ async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
     return user
 
 
-async def _user_of(connection: HTTPConnection, credentials: Credentials, accounts: Accounts) -> tuple[User, str]:
+async def _user_of(connection: HTTPConnection, credentials: TokenClaim, accounts: Accounts) -> tuple[User, str]:
     """Return the user of credentials, and the id of the token; note both."""
     used = received_token_id(credentials.token)
     user = await accounts.user_of(used)
@@ -149,7 +149,7 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
         note_caller(socket.scope, user.id, used)
         return user, used
     token = token or _offered_token(socket) or query.get("token", "").strip()
-    credentials = Credentials(token) if token else parse_credentials(authorization)
+    credentials = TokenClaim(token) if token else parse_credentials(authorization)
     if credentials is None:
         raise NotAuthenticated(
             "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN', or connect to "

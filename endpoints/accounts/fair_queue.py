@@ -13,7 +13,7 @@ LoginKind = Literal["password", "rapyuta"]
 """Kind of a login: with the password of a user, or with that for the robots of a user, by the protocol of Rapyuta."""
 
 
-class Origin(NamedTuple):
+class RequestOrigin(NamedTuple):
     """Origin of a request.
 
     Parameters
@@ -51,14 +51,14 @@ class FairQueue(Generic[T]):
         """Return the number of items."""
         return sum(lane.length for lane in self._lanes.values())
 
-    def push(self, origin: Origin, item: T) -> T | None:
+    def push(self, origin: RequestOrigin, item: T) -> T | None:
         """Add an item; return the one that is dropped for it, perhaps the item itself, or None if there was space."""
         self._lanes[origin.known].push(origin, item)
         if len(self) <= self._size:
             return None
         return self._lanes[not self._lanes[False].length].drop()
 
-    def discard(self, origin: Origin, item: T) -> None:
+    def discard(self, origin: RequestOrigin, item: T) -> None:
         """Remove an item, if it is in the queue."""
         self._lanes[origin.known].discard(origin, item)
 
@@ -76,12 +76,12 @@ class _Lane(Generic[T]):
         self._counts: dict[str, int] = {}
         self.length = 0
 
-    def push(self, origin: Origin, item: T) -> None:
+    def push(self, origin: RequestOrigin, item: T) -> None:
         of_user = self._by_address.setdefault(origin.address, OrderedDict())
         of_user.setdefault(origin.user, deque()).append(item)
         self._count(origin.address, 1)
 
-    def discard(self, origin: Origin, item: T) -> None:
+    def discard(self, origin: RequestOrigin, item: T) -> None:
         users = self._by_address.get(origin.address)
         if users is not None and item in users.get(origin.user, ()):
             users[origin.user].remove(item)

@@ -22,7 +22,7 @@ from argon2.exceptions import InvalidHashError, VerificationError, VerifyMismatc
 from argon2.low_level import ARGON2_VERSION
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.fair_queue import FairQueue, Origin
+from endpoints.accounts.fair_queue import FairQueue, RequestOrigin
 from endpoints.accounts.shared_logins import SharedLogins
 from endpoints.accounts.tokens import Tokens
 from endpoints.accounts.user_lookup import counted_name, find_user
@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
-HERE = Origin()
+HERE = RequestOrigin()
 """Origin of hashes that this process computes for itself."""
 
 WAITING = 64
@@ -76,11 +76,11 @@ class Passwords:
         self._free = workers
         self._turns: FairQueue[asyncio.Future[None]] = FairQueue(waiting)
 
-    async def hash(self, password: str, origin: Origin = HERE) -> str:
+    async def hash(self, password: str, origin: RequestOrigin = HERE) -> str:
         """Return the hash of a password; ``Unavailable`` if too many requests of this address wait."""
         return await self._run(lambda: self._hasher.hash(_bytes(password)), origin)
 
-    async def verify(self, password_hash: str | None, password: str, origin: Origin = HERE) -> bool:
+    async def verify(self, password_hash: str | None, password: str, origin: RequestOrigin = HERE) -> bool:
         """Return whether a password matches a hash; ``Unavailable`` if too many requests of this address wait.
 
         Without a hash, because the user does not exist, it takes the same time and returns false.
@@ -101,7 +101,7 @@ class Passwords:
             logger.exception("a stored password hash cannot be verified")
             return False
 
-    async def _run(self, work: Callable[[], T], origin: Origin) -> T:
+    async def _run(self, work: Callable[[], T], origin: RequestOrigin) -> T:
         await self._wait_for_turn(origin)
         try:
             future = self._threads.submit(work)
@@ -114,7 +114,7 @@ class Passwords:
         future.add_done_callback(lambda _: _call_on(loop, self._release))
         return await asyncio.wrap_future(future)
 
-    async def _wait_for_turn(self, origin: Origin) -> None:
+    async def _wait_for_turn(self, origin: RequestOrigin) -> None:
         if self._free:
             self._free -= 1
             return

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.fair_queue import LoginKind, Origin
+from endpoints.accounts.fair_queue import LoginKind, RequestOrigin
 from endpoints.accounts.socket_tickets import SocketTickets
 from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
@@ -100,7 +100,7 @@ class LoginThrottle:
         self._of_address = FailureCounter(ADDRESS)
         self._known: BoundedDict[tuple[str, str], None] = BoundedDict(MAX_COUNTED)
 
-    def admit(self, user: str, address: str) -> Origin:
+    def admit(self, user: str, address: str) -> RequestOrigin:
         """Return the origin of an attempt.
 
         Raises
@@ -115,16 +115,16 @@ class LoginThrottle:
             wait = max(wait, self._of_user.wait(user, now), self._of_address.wait(address, now))
         if wait > 0.0:
             raise TooManyAttempts(f"too many failed logins: try again in {wait:.0f} s", retry_after=wait)
-        return Origin(user, address, known)
+        return RequestOrigin(user, address, known)
 
-    def failed(self, origin: Origin) -> int:
+    def failed(self, origin: RequestOrigin) -> int:
         """Count a failed attempt; return the number of failures of this user at this address."""
         now = self._clock()
         self._of_user.add(origin.user, now)
         self._of_address.add(origin.address, now)
         return self._of_pair.add((origin.user, origin.address), now)
 
-    def succeeded(self, origin: Origin) -> None:
+    def succeeded(self, origin: RequestOrigin) -> None:
         """Note that a user has logged in from an address."""
         pair = origin.user, origin.address
         self._of_pair.clear(pair)
@@ -184,18 +184,18 @@ class SharedLogins(Protocol):
     ``Unavailable`` if the process that keeps the logins cannot be reached.
     """
 
-    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> Origin:
+    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> RequestOrigin:
         """Return the origin of an attempt to log in; raises ``TooManyAttempts`` as ``LoginThrottle.admit`` does.
 
         Attempts of each kind are counted on their own.
         """
         ...
 
-    async def failed(self, origin: Origin) -> int:
+    async def failed(self, origin: RequestOrigin) -> int:
         """Count a failed attempt; return the number of failures of this user at this address."""
         ...
 
-    async def succeeded(self, origin: Origin) -> None:
+    async def succeeded(self, origin: RequestOrigin) -> None:
         """Note that a user has logged in from an address."""
         ...
 
@@ -276,15 +276,15 @@ class LocalLogins:
         """Call a function with the id of each user who is changed; it must not block."""
         self._listeners.append(listener)
 
-    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> Origin:
+    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> RequestOrigin:
         """Return the origin of an attempt to log in."""
         return self._throttles[kind].admit(user, address)._replace(kind=kind)
 
-    async def failed(self, origin: Origin) -> int:
+    async def failed(self, origin: RequestOrigin) -> int:
         """Count a failed attempt; return the number of failures of this user at this address."""
         return self._throttles[origin.kind].failed(origin)
 
-    async def succeeded(self, origin: Origin) -> None:
+    async def succeeded(self, origin: RequestOrigin) -> None:
         """Note that a user has logged in from an address."""
         self._throttles[origin.kind].succeeded(origin)
 

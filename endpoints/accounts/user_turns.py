@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol, TypeVar
 from starlette.concurrency import run_in_threadpool
 
 from engine.calls.interface import remote
-from engine.endpoint.master_link import MasterLink, undone_if_cancelled
+from engine.cloud_client.master_link import MasterLink, undone_if_cancelled
 from engine.processes.background import Background
 from ppaas.bounded import BoundedDict
 from ppaas.errors import Unavailable

@@ -18,7 +18,7 @@ from ppaas.distribution import check_versions
 from ppaas.errors import InvalidInput, PPaaSError
 
 if TYPE_CHECKING:
-    from storage.backup.manifest import Manifest
+    from storage.backup.manifest import BackupManifest
     from storage.backup.repository import Repository
 
 NAME = "backup"
@@ -189,7 +189,7 @@ def _remove(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def row_of(manifest: "Manifest") -> dict[str, Any]:
+def row_of(manifest: "BackupManifest") -> dict[str, Any]:
     """Return what lists show of a backup."""
     counts = {kind: stream.records for kind, stream in manifest.streams.items()}
     return {

@@ -80,9 +80,9 @@ def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
     InvalidInput
         Their options do not fit together.
     """
+    from endpoints.cloud_processes.config import front_config  # noqa: PLC0415
+    from endpoints.cloud_processes.keeper import joined_processes  # noqa: PLC0415
     from endpoints.http.tls import server_tls  # noqa: PLC0415
-    from endpoints.processes.config import front_config  # noqa: PLC0415
-    from endpoints.processes.keeper import joined_processes  # noqa: PLC0415
 
     server_tls(arguments.tls_cert, arguments.tls_key)
     return joined_processes(arguments.endpoints, front_config(arguments, port=arguments.port), arguments.listen)

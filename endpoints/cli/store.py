@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from storage.migration.copying import Compared, Copied, RecordKind
+    from storage.migration.copying import Compared, Copied, StoredKind
 
 
 class Counted(Protocol):
@@ -113,7 +113,7 @@ def _sweep(url: str) -> int:
     return 0
 
 
-def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[RecordKind[Any]], Any, Any]":
+def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[StoredKind[Any]], Any, Any]":
     """Return the kinds of records of two stores, and the stores; only the target of a migration may be created."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
@@ -143,7 +143,7 @@ def _closing(store: Any) -> Any:
     return closing(store) if hasattr(store, "close") else nullcontext()
 
 
-def _count(kind: "RecordKind[Any]", source: Any) -> int | None:
+def _count(kind: "StoredKind[Any]", source: Any) -> int | None:
     return kind.count(source) if kind.count is not None else None
 
 

@@ -199,5 +199,5 @@ def run(arguments: argparse.Namespace) -> int:
     from engine.processes.imports import without_collection  # noqa: PLC0415
 
     with without_collection():
-        from endpoints.processes.server import run_server  # noqa: PLC0415
+        from endpoints.cloud_processes.server import run_server  # noqa: PLC0415
     return run_server(arguments)

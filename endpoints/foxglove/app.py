@@ -15,14 +15,14 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket
 from endpoints.audit.requests import AuditedRequests, note_details, note_refusal
-from endpoints.foxglove.viewer import Login, Viewer, ViewerRequests
+from endpoints.foxglove.viewer import Viewer, ViewerLogin, ViewerRequests
 from endpoints.http.front import front
 from endpoints.http.front_settings import ANY_ORIGIN, FrontSettings, may_open
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import DirectWebSocket, Probe, close_with, connection_of
 from endpoints.protocols import ClientProtocol
+from endpoints.resources.services import Services
 from endpoints.rosbridge import SessionRegistry, content_of
-from endpoints.services.services import Services
 from engine.rights.globs import is_address
 from ppaas.errors import InvalidParameter, NotPermitted, PPaaSError, QuotaExceeded
 from ppaas.messages import type_name
@@ -59,7 +59,7 @@ class Viewers:
         """Return the number of viewers."""
         return len(self._viewers)
 
-    def admit(self, login: Login, probe: Probe) -> Viewer:
+    def admit(self, login: ViewerLogin, probe: Probe) -> Viewer:
         """Return a new viewer; `release` must follow.
 
         Raises
@@ -180,7 +180,7 @@ async def serve_viewer_socket(socket: WebSocket, services: Services, viewers: Vi
     await _close(socket, viewer)
 
 
-async def _log_in(socket: WebSocket, services: Services) -> Login:
+async def _log_in(socket: WebSocket, services: Services) -> ViewerLogin:
     """Return the login of a viewer; raises as ``authenticate_socket``, or ``InvalidParameter`` for a bad address."""
     _check_page(socket)
     user, token = await authenticate_socket(socket, services.accounts)
@@ -190,7 +190,7 @@ async def _log_in(socket: WebSocket, services: Services) -> Login:
     for address in named:
         if not is_address(address):
             raise InvalidParameter(f"robot must be ID or OWNER:ID, not {address[:64]!r}")
-    return Login(user.id, token, named)
+    return ViewerLogin(user.id, token, named)
 
 
 def _check_page(socket: WebSocket) -> None:

@@ -11,8 +11,8 @@ import msgspec
 from endpoints.place_client import PlaceClient
 from endpoints.rosbridge import Attachment
 from endpoints.sharing.shared_robots import own_robots, reach, robots_shared_with
-from engine.service.endpoints.control_plane import ContainerCalls
-from engine.service.links.place_link import PlaceLink
+from engine.control.master_calls.control_plane import ContainerCalls
+from engine.links.place_link import PlaceLink
 from engine.sessions.rosapi import view_of
 from ppaas.clone.robot_body import robot_body
 from ppaas.errors import InvalidUrdf, MessageTooLarge, NotFound, NotPermitted, PPaaSError
@@ -21,7 +21,7 @@ from ppaas.messages import service_type
 from ppaas.nodes.topics import ROBOT_DESCRIPTION, policy_of
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.description import RobotDescription
-from ppaas.wire.foxglove.answers import Graph, Schema
+from ppaas.wire.foxglove.answers import ConnectionGraph, Schema
 from ppaas.wire.foxglove.conversion.base import Conversion, SharedFrames
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
 from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE, body
@@ -340,10 +340,10 @@ class RobotView:
         return await self.client.ask(service, _encoder.encode(request))
 
 
-EMPTY = Graph({}, {}, {})
+EMPTY = ConnectionGraph({}, {}, {})
 
 
-def graph_of(views: Iterable[RobotView]) -> Graph:
+def graph_of(views: Iterable[RobotView]) -> ConnectionGraph:
     """Return the graph of some robots."""
     published, subscribed, services = (defaultdict[str, list[str]](list) for _ in range(3))
     for view in views:
@@ -352,4 +352,4 @@ def graph_of(views: Iterable[RobotView]) -> Graph:
             for found, names in ((published, node.publishes), (subscribed, node.subscribes), (services, node.services)):
                 for one in sorted(names):
                     found[f"/{view.name}/{one}"].append(node_id)
-    return Graph(dict(published), dict(subscribed), dict(services))
+    return ConnectionGraph(dict(published), dict(subscribed), dict(services))

@@ -25,8 +25,8 @@ from endpoints.foxglove.robot_view import (
     running,
 )
 from endpoints.http.websocket_protocol import Probe
-from endpoints.rosbridge import Caller, ConnectRequest, SessionRegistry, admitted
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
+from endpoints.rosbridge import AuthenticatedClient, ConnectRequest, SessionRegistry, admitted
 from engine.processes.background import Background, repeat
 from engine.sessions.outbox import FrameOutbox
 from ppaas.clock import epoch, monotonic
@@ -34,10 +34,10 @@ from ppaas.errors import NotAuthenticated, NotFound, PPaaSError, QuotaExceeded, 
 from ppaas.listener_faults import internal_error
 from ppaas.messages import decode, rosapi, service_type
 from ppaas.wire.foxglove import answers, requests
-from ppaas.wire.foxglove.answers import Graph, Level
+from ppaas.wire.foxglove.answers import ConnectionGraph, Level
 from ppaas.wire.foxglove.conversion.incoming import check_encoding, read_called, read_published
 from ppaas.wire.foxglove.conversion.schemas import json_of
-from ppaas.wire.foxglove.requests import Parameter, Subscription
+from ppaas.wire.foxglove.requests import ChannelSubscription, Parameter
 from ppaas.wire.foxglove.session import FoxgloveSession
 from ppaas.wire.names import ros1_type
 from storage.records import User
@@ -53,7 +53,7 @@ MAX_STATUSES = 50
 
 
 @dataclass(frozen=True, slots=True)
-class Login:
+class ViewerLogin:
     """Login of a viewer: its user, the id of the token, and the addresses of robots that it names; empty for all."""
 
     user: str
@@ -69,7 +69,7 @@ class Viewer:
     services : Services
     sessions : SessionRegistry
         Attaches to the places of robots.
-    login : Login
+    login : ViewerLogin
     probe : callable
         Probes its connection.
 
@@ -87,7 +87,7 @@ class Viewer:
         Robots that it sees, by owner and id.
     """
 
-    def __init__(self, services: Services, sessions: SessionRegistry, login: Login, probe: Probe) -> None:
+    def __init__(self, services: Services, sessions: SessionRegistry, login: ViewerLogin, probe: Probe) -> None:
         self.login = login
         self.session_id = secrets.token_hex(8)
         self.outbox = FrameOutbox()
@@ -144,7 +144,7 @@ class Viewer:
 
     # -- channels ------------------------------------------------------------------------------------------------------
 
-    def subscribe(self, wanted: Subscription) -> None:
+    def subscribe(self, wanted: ChannelSubscription) -> None:
         """Subscribe to a channel; raises if it may not be, or there is none."""
         view, shown = self.session.subscribe(wanted)
         send = partial(self.show, wanted.channel_id, view, shown)
@@ -233,7 +233,9 @@ class Viewer:
         request = ConnectRequest(name, "operator", hold=False, status=True, owner=owner)
         try:
             request, access = await admitted(self._services, user, request)
-            attachment = await self._sessions.attach(Caller(user.id, self.login.token, self._probe), request, access)
+            attachment = await self._sessions.attach(
+                AuthenticatedClient(user.id, self.login.token, self._probe), request, access
+            )
         except Unavailable:
             return  # its container has ended meanwhile
         except PPaaSError as error:
@@ -448,20 +450,20 @@ class ViewerRequests:
         self._services: dict[int, tuple[RobotView, str]] = {}
         self._numbers = 0
         self._watched = WatchedParameters()
-        self._graph: Graph | None = None
+        self._graph: ConnectionGraph | None = None
         self._work = Background()
         self._working = 0
         self._handlers: dict[type, Callable[[Any], None]] = {
-            requests.Subscribe: self._subscribe,
-            requests.Unsubscribe: self._unsubscribe,
-            requests.Advertise: self._advertise,
-            requests.Unadvertise: self._unadvertise,
+            requests.SubscribeChannels: self._subscribe,
+            requests.UnsubscribeChannels: self._unsubscribe,
+            requests.AdvertiseChannels: self._advertise,
+            requests.UnadvertiseChannels: self._unadvertise,
             requests.MessageData: self._publish,
             requests.GetParameters: self._get_parameters,
             requests.SetParameters: self._set_parameters,
             requests.SubscribeParameterUpdates: self._watch_parameters,
             requests.UnsubscribeParameterUpdates: lambda request: self._watched.remove(request.parameter_names),
-            requests.ServiceCall: self._call,
+            requests.FoxgloveServiceCall: self._call,
             requests.RefusedCall: lambda call: self._fail_call(call, call.error),
             requests.SubscribeConnectionGraph: self._watch_graph,
             requests.UnsubscribeConnectionGraph: self._ignore_graph,
@@ -515,13 +517,13 @@ class ViewerRequests:
 
     # -- topics --------------------------------------------------------------------------------------------------------
 
-    def _subscribe(self, request: requests.Subscribe) -> None:
+    def _subscribe(self, request: requests.SubscribeChannels) -> None:
         self._each(self._viewer.subscribe, request.subscriptions)
 
-    def _unsubscribe(self, request: requests.Unsubscribe) -> None:
+    def _unsubscribe(self, request: requests.UnsubscribeChannels) -> None:
         self._each(self._viewer.unsubscribe, request.subscription_ids)
 
-    def _advertise(self, request: requests.Advertise) -> None:
+    def _advertise(self, request: requests.AdvertiseChannels) -> None:
         self._each(self._advertise_one, request.channels)
 
     def _advertise_one(self, channel: requests.ClientChannel) -> None:
@@ -540,7 +542,7 @@ class ViewerRequests:
             known = self._publications[channel.id] = _Publication(view, topic, advertisement)
         return known
 
-    def _unadvertise(self, request: requests.Unadvertise) -> None:
+    def _unadvertise(self, request: requests.UnadvertiseChannels) -> None:
         self._each(self._unadvertise_one, request.channel_ids)
 
     def _unadvertise_one(self, channel: int) -> None:
@@ -617,15 +619,15 @@ class ViewerRequests:
             if new:
                 self._viewer.answer(answers.advertise_services(new))
 
-    def _service(self, view: RobotView, name: str, kind: str) -> answers.Service:
+    def _service(self, view: RobotView, name: str, kind: str) -> answers.FoxgloveService:
         self._numbers += 1
         view.services[name] = self._numbers
         self._services[self._numbers] = view, name
         known = service_type(kind)
         request, response = json_of(known.request), json_of(known.response)
-        return answers.Service(self._numbers, f"/{view.name}/{name}", kind, request, response)
+        return answers.FoxgloveService(self._numbers, f"/{view.name}/{name}", kind, request, response)
 
-    def _call(self, call: requests.ServiceCall) -> None:
+    def _call(self, call: requests.FoxgloveServiceCall) -> None:
         try:
             view, name = self._service_of(call.service_id)
             request = read_called(call.encoding, name, call.data)
@@ -639,7 +641,9 @@ class ViewerRequests:
             raise NotFound("service", str(number))
         return view, name
 
-    async def _answer_call(self, call: requests.ServiceCall, view: RobotView, name: str, request: bytes) -> None:
+    async def _answer_call(
+        self, call: requests.FoxgloveServiceCall, view: RobotView, name: str, request: bytes
+    ) -> None:
         try:
             result = await view.client.ask(name, request)
         except Exception as error:
@@ -649,7 +653,7 @@ class ViewerRequests:
         else:
             self._viewer.answer(answers.service_response(call.service_id, call.call_id, "json", result))
 
-    def _fail_call(self, call: requests.ServiceCall | requests.RefusedCall, error: PPaaSError) -> None:
+    def _fail_call(self, call: requests.FoxgloveServiceCall | requests.RefusedCall, error: PPaaSError) -> None:
         text = f"{error.slug}: {error.public}"
         self._viewer.answer(answers.service_failed(call.service_id, call.call_id, text))
 

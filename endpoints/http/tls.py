@@ -148,7 +148,7 @@ PAUSE = 0.1
 """Pause after a connection could not be accepted, for example because too many files are open [s]."""
 
 
-class TlsListener:
+class HandshakeListener:
     """Accepts connections and completes their handshakes.
 
     Parameters

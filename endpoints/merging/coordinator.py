@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.joint_maps import MapJoin, RobotMap, shown_to
+from endpoints.resources.services import Services
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
-from endpoints.services.joint_maps import Join, RobotMap, shown_to
-from endpoints.services.services import Services
+from engine.control.views import MappingRobot
 from engine.processes.background import repeat
-from engine.service.views import MappingRobot
 from engine.specs.robot_maps import joint_map_owner
 from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
@@ -72,7 +72,7 @@ class JointMapCoordinator:
         """Join maps until cancelled."""
         await repeat(self.step, PERIOD)
 
-    async def step(self) -> Join | None:
+    async def step(self) -> MapJoin | None:
         """Look at the maps of all robots, and join those that are due; return them."""
         self._maps.report(await self._reports())
         join = self._maps.next_join()
@@ -114,7 +114,7 @@ class JointMapCoordinator:
                 return RobotMap(robot.user, robot.robot, numbers.frame, numbers.key_frames, numbers.scans)
         return None
 
-    async def _execute(self, join: Join) -> None:
+    async def _execute(self, join: MapJoin) -> None:
         try:
             files = [await asyncio.gather(*map(self._fetch, group)) for group in join.groups]
             joint = await self._joined(join, files)
@@ -133,7 +133,7 @@ class JointMapCoordinator:
         self._maps.done(join, sum(sizes))
         logger.info("maps of %s are joined: %d key frames", _names(join), max(sizes))
 
-    async def _joined(self, join: Join, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
+    async def _joined(self, join: MapJoin, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
         """Return the joint map of files, or why they cannot be joined.
 
         Raises
@@ -150,7 +150,7 @@ class JointMapCoordinator:
         except TimeoutError as error:
             raise Unavailable("the maps could not be joined yet: other work of their owner takes long") from error
 
-    def _permitted_join(self, join: Join, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
+    def _permitted_join(self, join: MapJoin, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
         """Join files, and check after that time that all users may still have the result; blocks."""
         try:
             joint = self._join(files)
@@ -161,7 +161,7 @@ class JointMapCoordinator:
                 raise NotPermitted(f"the published map is no longer shared with {robot.user!r}")
         return joint
 
-    def _refused(self, join: Join, error: PPaaSError, *, final: bool = False) -> None:
+    def _refused(self, join: MapJoin, error: PPaaSError, *, final: bool = False) -> None:
         """Note that maps are not joined; a final reason holds until they have grown."""
         logger.info("maps of %s are not joined: %s", _names(join), error)
         self._maps.done(join, join.key_frames if final else 0, str(error))
@@ -171,7 +171,7 @@ class JointMapCoordinator:
         async with _transfer(robot):
             return (await self._posegraphs.fetch(self._cloud.nodes, robot.user, robot.robot))[0]
 
-    async def _send(self, robot: RobotMap, joint: bytes, join: Join) -> int | PPaaSError:
+    async def _send(self, robot: RobotMap, joint: bytes, join: MapJoin) -> int | PPaaSError:
         """Send a joint map to one of its robots; return the number of its key frames then, or the error.
 
         A robot that does not take it keeps its own map. The next join finds the scans that both have, without a search.
@@ -200,7 +200,7 @@ async def _transfer(robot: RobotMap) -> AsyncIterator[None]:
         ) from error
 
 
-def _names(join: Join) -> str:
+def _names(join: MapJoin) -> str:
     return " and ".join(f"{robot.user}/{robot.robot}" for robot in join.robots)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.people.retention import forget_all_expired, oldest_hour
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.processes.background import repeat
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.people.retention import forget_expired
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, InvalidParameter, InvalidZones, NotFound, NotPermitted
 from ppaas.people.rules.registry import create

@@ -13,12 +13,12 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.event import AuditEvent
 from endpoints.proposals.compared_files import BEFORE, PARTS, SETTINGS
+from endpoints.resources.heavy_work import callable_in_thread
+from endpoints.resources.services import Services
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.version_proposals import check_may_propose, propose
-from endpoints.services.heavy_work import callable_in_thread
-from endpoints.services.services import Services
+from engine.control.views import LifelongRobot
 from engine.processes.background import repeat
-from engine.service.views import LifelongRobot
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
 from ppaas.mapping.lifelong.changed_places import NOTHING, ChangedPlace, KnownChanges, centres, is_among

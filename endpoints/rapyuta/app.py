@@ -21,9 +21,9 @@ from endpoints.http.websocket_protocol import close_with, connection_of
 from endpoints.protocols import ClientProtocol
 from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.registry import RobotRegistry, log_in
-from endpoints.rapyuta.robot import Carrier, Robot
+from endpoints.rapyuta.robot import RapyutaRobot, RobotConnection
+from endpoints.resources.services import Services
 from endpoints.rosbridge import SessionRegistry
-from endpoints.services.services import Services
 from ppaas.errors import (
     Conflict,
     InvalidInput,
@@ -45,21 +45,21 @@ FATAL = "Fatal Error"
 """Text of errors that are faults of the cloud, as in rce."""
 
 
-class RobotSocket:
+class RapyutaSocket:
     """One connection of a robot.
 
     Parameters
     ----------
     socket : WebSocket
         Accepted WebSocket.
-    robot : Robot
-    carrier : Carrier
+    robot : RapyutaRobot
+    carrier : RobotConnection
         Sends its frames.
     executor : Executor
         Executes its requests.
     """
 
-    def __init__(self, socket: WebSocket, robot: Robot, carrier: Carrier, executor: Executor) -> None:
+    def __init__(self, socket: WebSocket, robot: RapyutaRobot, carrier: RobotConnection, executor: Executor) -> None:
         self._socket = socket
         self._robot = robot
         self._carrier = carrier
@@ -114,7 +114,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, registry: Ro
     """Serve one WebSocket from its handshake to its end."""
     connection = connection_of(socket)
     connection.name = "unknown robot of Rapyuta"
-    carrier = Carrier(connection)
+    carrier = RobotConnection(connection)
     try:
         async with asyncio.timeout(CONNECT_TIMEOUT):
             login = parse_login(socket.query_params.multi_items())
@@ -126,7 +126,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, registry: Ro
         connection.warn(f"refused: {error}")
         await socket.send_denial_response(refusal(error))
         return
-    served = RobotSocket(socket, robot, carrier, executor)
+    served = RapyutaSocket(socket, robot, carrier, executor)
     try:
         await socket.accept()
         await served.run()

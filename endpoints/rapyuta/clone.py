@@ -6,8 +6,8 @@ from collections.abc import Awaitable, Callable, Collection
 from dataclasses import dataclass, field
 
 from endpoints.place_client import PlaceClient
-from endpoints.rapyuta.interfaces import CONTAINER_INTERFACES, ContainerInterface, Endpoint
-from endpoints.rosbridge import Caller, ConnectRequest, SessionRegistry
+from endpoints.rapyuta.interfaces import CONTAINER_INTERFACES, ContainerInterface, RapyutaEndpoint
+from endpoints.rosbridge import AuthenticatedClient, ConnectRequest, SessionRegistry
 from engine.rights.access import Access
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, interface_type
@@ -103,7 +103,7 @@ MAX_NODES = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Owner:
+class CloneOwner:
     """Robot that opens a clone.
 
     Parameters
@@ -134,11 +134,11 @@ class Clone:
     ----------
     sessions : SessionRegistry
         Attaches to the robot's place.
-    owner : Owner
+    owner : CloneOwner
         The robot.
     """
 
-    def __init__(self, sessions: SessionRegistry, owner: Owner) -> None:
+    def __init__(self, sessions: SessionRegistry, owner: CloneOwner) -> None:
         self._sessions = sessions
         self._owner = owner
         self._client: PlaceClient | None = None
@@ -171,7 +171,9 @@ class Clone:
         owner = self._owner
         request = ConnectRequest(owner.robot, status=True)
         access = Access.of_owner(owner.robot)
-        attachment = await self._sessions.attach(Caller(owner.user, owner.token(), owner.answers), request, access)
+        attachment = await self._sessions.attach(
+            AuthenticatedClient(owner.user, owner.token(), owner.answers), request, access
+        )
         self._client = PlaceClient(attachment, owner.report)
         self._watching = asyncio.create_task(self._watch(self._client))
 
@@ -223,7 +225,7 @@ class _Names:
     nodes: dict[str, str] = field(default_factory=dict)
 
 
-class Container(Endpoint):
+class RapyutaContainer(RapyutaEndpoint):
     """Container: tags of nodes, and interfaces to a clone.
 
     Parameters

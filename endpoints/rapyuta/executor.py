@@ -8,12 +8,21 @@ import msgspec
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rapyuta.clone import MAX_NODES, ON_REQUEST, SECTIONS, Clone, Container, Owner, node_of, parse_arguments
-from endpoints.rapyuta.interfaces import Endpoint, EndpointTable
-from endpoints.rapyuta.robot import Robot
+from endpoints.rapyuta.clone import (
+    MAX_NODES,
+    ON_REQUEST,
+    SECTIONS,
+    Clone,
+    CloneOwner,
+    RapyutaContainer,
+    node_of,
+    parse_arguments,
+)
+from endpoints.rapyuta.interfaces import EndpointTable, RapyutaEndpoint
+from endpoints.rapyuta.robot import RapyutaRobot
+from endpoints.resources.services import Services
 from endpoints.rest.robots.schemas import STORED_FIELDS, RobotFile
 from endpoints.rosbridge import SessionRegistry
-from endpoints.services.services import Services
 from ppaas.errors import (
     Conflict,
     InvalidInput,
@@ -52,7 +61,7 @@ MOVE_BASE = "move_base"
 _encoder = msgspec.json.Encoder()
 
 
-def section_of(container: Container, name: str) -> tuple[str, ...]:
+def section_of(container: RapyutaContainer, name: str) -> tuple[str, ...]:
     """Return the parts of a parameter's name as the robot's file has them: section, then name.
 
     Raises
@@ -116,7 +125,7 @@ class FileChange:
         return msgspec.structs.replace(record, parameters=parameters)
 
 
-async def set_parameter(container: Container, name: str, value: Any, change: FileChange) -> None:
+async def set_parameter(container: RapyutaContainer, name: str, value: Any, change: FileChange) -> None:
     """Set a free parameter at once; note one of a node in the change of the robot's file.
 
     Raises
@@ -136,7 +145,7 @@ async def set_parameter(container: Container, name: str, value: Any, change: Fil
         change.set(path[0], path[1], value)
 
 
-async def delete_parameter(container: Container, name: str, record: RobotRecord, change: FileChange) -> None:
+async def delete_parameter(container: RapyutaContainer, name: str, record: RobotRecord, change: FileChange) -> None:
     """Delete a free parameter at once; note one that the robot's file sets in the change of the file.
 
     Raises
@@ -157,13 +166,13 @@ async def delete_parameter(container: Container, name: str, record: RobotRecord,
         ) from error
 
 
-async def _is_known(container: Container, path: tuple[str, ...]) -> bool:
+async def _is_known(container: RapyutaContainer, path: tuple[str, ...]) -> bool:
     request = _encoder.encode({"name": "/" + "/".join(path)})
     answer = await container.clone.call("rosapi/has_param", request)
     return decode(rosapi.HasParamResponse, answer).exists
 
 
-async def change_file(store: RobotStore, container: Container, user: str, change: FileChange) -> None:
+async def change_file(store: RobotStore, container: RapyutaContainer, user: str, change: FileChange) -> None:
     """Change the robot's file and, if that is a change, open its clone again.
 
     Raises
@@ -202,7 +211,7 @@ class Executor:
 
     Parameters
     ----------
-    robot : Robot
+    robot : RapyutaRobot
         The robot.
     endpoints : EndpointTable
         Endpoints of its user.
@@ -212,7 +221,9 @@ class Executor:
         Attaches to places.
     """
 
-    def __init__(self, robot: Robot, endpoints: EndpointTable, services: Services, sessions: SessionRegistry) -> None:
+    def __init__(
+        self, robot: RapyutaRobot, endpoints: EndpointTable, services: Services, sessions: SessionRegistry
+    ) -> None:
         self._robot = robot
         self._endpoints = endpoints
         self._services = services
@@ -259,7 +270,7 @@ class Executor:
             raise QuotaExceeded(f"{FULL}: a robot may create {MAX_CONTAINERS} containers, which share its clone")
         if robot.clone is None:
             robot.clone = await self._opened()
-        container = robot.containers[tag] = Container(tag, robot.clone)
+        container = robot.containers[tag] = RapyutaContainer(tag, robot.clone)
         try:
             self._endpoints.add(container)
         except PPaaSError:  # another robot took the tag while the clone was opened
@@ -268,7 +279,7 @@ class Executor:
 
     async def _opened(self) -> Clone:
         robot = self._robot
-        owner = Owner(
+        owner = CloneOwner(
             robot.identity.user,
             robot.tag,
             lambda: robot.identity.token,
@@ -292,7 +303,7 @@ class Executor:
         if isinstance(reason, NotAuthenticated | NotPermitted):
             self._robot.end(reason)
 
-    def destroy(self, container: Container) -> None:
+    def destroy(self, container: RapyutaContainer) -> None:
         """Remove a container with its interfaces; without containers, the clone may end."""
         robot = self._robot
         self._endpoints.remove(container)
@@ -306,13 +317,13 @@ class Executor:
         for container in tuple(self._robot.containers.values()):
             self.destroy(container)
 
-    def _container(self, tag: str) -> Container:
+    def _container(self, tag: str) -> RapyutaContainer:
         found = self._endpoints.endpoint(tag)
-        if not isinstance(found, Container):
+        if not isinstance(found, RapyutaContainer):
             raise InvalidInput(f"{tag!r} is a robot, not a container")
         return found
 
-    def _own_container(self, tag: str) -> Container:
+    def _own_container(self, tag: str) -> RapyutaContainer:
         container = self._container(tag)
         if container.tag not in self._robot.containers:
             raise NotPermitted(f"container {tag!r} was created by another robot, which alone may destroy it")
@@ -321,7 +332,7 @@ class Executor:
     # -- configuration -------------------------------------------------------------------------------------------------
 
     async def _configure(self, request: Configure) -> None:
-        changes: dict[Container, FileChange] = {}
+        changes: dict[RapyutaContainer, FileChange] = {}
         for node in request.addNodes:
             await self._try(self._add_node(node, changes))
         self._each(request.removeNodes, self._remove_node)
@@ -351,21 +362,21 @@ class Executor:
             self._robot.report(error)
             return None
 
-    async def _found(self, tag: str) -> Container:
+    async def _found(self, tag: str) -> RapyutaContainer:
         return self._container(tag)
 
-    def _endpoint(self, tag: str) -> Endpoint:
+    def _endpoint(self, tag: str) -> RapyutaEndpoint:
         found = self._endpoints.endpoint(tag)
-        if isinstance(found, Robot) and found is not self._robot:
+        if isinstance(found, RapyutaRobot) and found is not self._robot:
             raise NotPermitted(f"{tag!r} is another robot, which adds and removes its interfaces itself")
         return found
 
     def _add_interface(self, wanted: AddInterface) -> None:
         endpoint = self._endpoint(wanted.endpointTag)
-        assert isinstance(endpoint, Container | Robot)
+        assert isinstance(endpoint, RapyutaContainer | RapyutaRobot)
         endpoint.add_interface(wanted)
 
-    async def _add_node(self, wanted: AddNode, changes: dict[Container, FileChange]) -> None:
+    async def _add_node(self, wanted: AddNode, changes: dict[RapyutaContainer, FileChange]) -> None:
         container = self._container(wanted.containerTag)
         tag = check_tag("nodeTag", wanted.nodeTag)
         if tag in container.nodes:
@@ -387,11 +398,13 @@ class Executor:
             raise NotFound(f"node of container {container.tag!r}", wanted.nodeTag, list(container.nodes))
         del container.nodes[wanted.nodeTag]
 
-    async def _delete_parameter(self, container: Container, name: str, changes: dict[Container, FileChange]) -> None:
+    async def _delete_parameter(
+        self, container: RapyutaContainer, name: str, changes: dict[RapyutaContainer, FileChange]
+    ) -> None:
         record = await run_in_threadpool(self._services.store.robot, self._robot.identity.user, container.clone.robot)
         await delete_parameter(container, name, record, changes.setdefault(container, FileChange()))
 
-    async def _change_file(self, container: Container, change: FileChange) -> None:
+    async def _change_file(self, container: RapyutaContainer, change: FileChange) -> None:
         clone = container.clone
         before = clone.client
         try:
@@ -405,7 +418,7 @@ class Executor:
                 self._reopen(clone)
 
     def _reopen(self, clone: Clone) -> None:
-        containers = [one for one in self._endpoints.all() if isinstance(one, Container) and one.clone is clone]
+        containers = [one for one in self._endpoints.all() if isinstance(one, RapyutaContainer) and one.clone is clone]
         for container in containers:
             self._each(container.own_interfaces(), lambda interface: interface.open())
 

@@ -17,10 +17,10 @@ from engine.links.shared_place import check_type
 from engine.sessions.calls import CALL_TIMEOUT
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
-from ppaas.wire.rapyuta.answers import Frames, data_message, error_message, interface_status
+from ppaas.wire.rapyuta.answers import AnswerFrames, data_message, error_message, interface_status
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType, check_joinable
 from ppaas.wire.rapyuta.message_codec import codecs_of, graph_class
-from ppaas.wire.rapyuta.requests import DataMessage, Join
+from ppaas.wire.rapyuta.requests import DataMessage, InterfacePair
 from ppaas.wire.rapyuta.tags import split_address
 
 _faults = ListenerFaults(logging.getLogger(__name__))
@@ -158,7 +158,7 @@ def part_all(interface: Interface) -> None:
 # Interfaces in containers: topics and services of the clone.
 
 
-class Graph(Protocol):
+class CloneGraph(Protocol):
     """Graph of a clone, as interfaces use it."""
 
     @property
@@ -181,7 +181,7 @@ class ContainerInterface(Interface):
         See `Interface`.
     name : str
         Topic or service of the clone.
-    graph : Graph
+    graph : CloneGraph
         Graph of the clone.
     """
 
@@ -193,7 +193,7 @@ class ContainerInterface(Interface):
         class_name: str,
         *,
         name: str,
-        graph: Graph,
+        graph: CloneGraph,
     ) -> None:
         super().__init__(container, tag, kind, class_name)
         self.name = name
@@ -302,7 +302,7 @@ CONTAINER_INTERFACES: dict[InterfaceRole, type[ContainerInterface]] = {
 
 # Interfaces on robots: converters and forwarders, which exchange messages with the robot by DM.
 
-Send = Callable[[Frames, str | None], None]
+Send = Callable[[AnswerFrames, str | None], None]
 """Called with frames for the robot, and the topic of which they are a message; None if they must not be dropped."""
 
 
@@ -448,7 +448,7 @@ MAX_ENDPOINTS = 1000
 """Largest number of robots and containers of one user."""
 
 
-class Endpoint:
+class RapyutaEndpoint:
     """Robot or container, with its interfaces by tag.
 
     Parameters
@@ -499,7 +499,7 @@ class EndpointTable:
     """Endpoints of one user."""
 
     def __init__(self) -> None:
-        self._endpoints: dict[str, Endpoint] = {}
+        self._endpoints: dict[str, RapyutaEndpoint] = {}
 
     def __len__(self) -> int:
         """Return the number of endpoints."""
@@ -512,28 +512,28 @@ class EndpointTable:
         if len(self._endpoints) >= MAX_ENDPOINTS:
             raise QuotaExceeded(f"a user may have at most {MAX_ENDPOINTS} robots and containers")
 
-    def all(self) -> tuple[Endpoint, ...]:
+    def all(self) -> tuple[RapyutaEndpoint, ...]:
         """Return all endpoints."""
         return tuple(self._endpoints.values())
 
-    def add(self, endpoint: Endpoint) -> None:
+    def add(self, endpoint: RapyutaEndpoint) -> None:
         """Add an endpoint; raises as ``check_free``."""
         self.check_free(endpoint.tag)
         self._endpoints[endpoint.tag] = endpoint
 
-    def remove(self, endpoint: Endpoint) -> None:
+    def remove(self, endpoint: RapyutaEndpoint) -> None:
         """Remove an endpoint with its interfaces, if it is there."""
         endpoint.remove_interfaces()
         if self._endpoints.get(endpoint.tag) is endpoint:
             del self._endpoints[endpoint.tag]
 
-    def endpoint(self, tag: str) -> Endpoint:
+    def endpoint(self, tag: str) -> RapyutaEndpoint:
         """Return an endpoint; ``NotFound`` if there is none of this tag."""
         if tag not in self._endpoints:
             raise NotFound("endpoint", tag, list(self._endpoints))
         return self._endpoints[tag]
 
-    def connect(self, pair: Join) -> None:
+    def connect(self, pair: InterfacePair) -> None:
         """Connect two interfaces.
 
         Raises
@@ -551,11 +551,11 @@ class EndpointTable:
             raise InvalidInput(f"messages from {source.address!r} to {sink.address!r} would come back again and again")
         join(one, other)
 
-    def disconnect(self, pair: Join) -> None:
+    def disconnect(self, pair: InterfacePair) -> None:
         """Disconnect two interfaces; ``NotFound`` if they are not there, or not connected."""
         part(*self._pair(pair))
 
-    def _pair(self, pair: Join) -> tuple[Interface, Interface]:
+    def _pair(self, pair: InterfacePair) -> tuple[Interface, Interface]:
         one, other = (
             self.endpoint(endpoint).interface(interface)
             for endpoint, interface in (split_address("tagA", pair.tagA), split_address("tagB", pair.tagB))

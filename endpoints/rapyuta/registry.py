@@ -9,13 +9,13 @@ from endpoints.accounts.authentication import address_of, authenticate_socket, n
 from endpoints.audit.requests import note_details, note_object
 from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.interfaces import EndpointTable
-from endpoints.rapyuta.robot import Carrier, Identity, Robot
+from endpoints.rapyuta.robot import Identity, RapyutaRobot, RobotConnection
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import check_unscoped
 from endpoints.rosbridge import SessionRegistry
-from endpoints.services.services import Services
 from engine.processes.background import Background, repeat
 from ppaas.errors import Conflict, NotAuthenticated, NotFound, NotPermitted, PPaaSError, TooManyAttempts, Unavailable
-from ppaas.wire.rapyuta.handshake import Login, is_digest
+from ppaas.wire.rapyuta.handshake import RobotLogin, is_digest
 from storage.records import User
 
 # Login by the SHA-256 hash of a separate password, where an administrator allows it, or by a token.
@@ -24,7 +24,7 @@ UNKNOWN = "(unknown)"
 """Name of all users who do not exist, in the audit log."""
 
 
-async def log_in(socket: WebSocket, login: Login, services: Services) -> tuple[User, Identity]:
+async def log_in(socket: WebSocket, login: RobotLogin, services: Services) -> tuple[User, Identity]:
     """Return the user of a robot, and its login; note both for the audit log.
 
     A robot whose secret is a hash is logged in by the password that an administrator has set for this protocol, any
@@ -48,7 +48,7 @@ async def log_in(socket: WebSocket, login: Login, services: Services) -> tuple[U
     return user, Identity(user.id, token)
 
 
-async def _by_digest(socket: WebSocket, login: Login, services: Services) -> tuple[User, Identity]:
+async def _by_digest(socket: WebSocket, login: RobotLogin, services: Services) -> tuple[User, Identity]:
     try:
         user, token = await services.accounts.rapyuta.sign_in(login.user, login.password, address_of(socket))
     except (NotAuthenticated, TooManyAttempts):
@@ -106,7 +106,7 @@ class RobotRegistry:
         self._sessions = sessions
         self._reconnect = reconnect
         self._tables: dict[str, EndpointTable] = {}
-        self._robots: dict[tuple[str, str], tuple[Robot, Executor]] = {}
+        self._robots: dict[tuple[str, str], tuple[RapyutaRobot, Executor]] = {}
         self._background = Background()
 
     def __len__(self) -> int:
@@ -115,7 +115,9 @@ class RobotRegistry:
 
     # -- connections ---------------------------------------------------------------------------------------------------
 
-    async def attach(self, robot_id: str, identity: Identity, carrier: Carrier) -> tuple[Robot, Executor]:
+    async def attach(
+        self, robot_id: str, identity: Identity, carrier: RobotConnection
+    ) -> tuple[RapyutaRobot, Executor]:
         """Return a robot for a connection: a new one, or one that was away; `detach` must follow.
 
         Raises
@@ -129,7 +131,9 @@ class RobotRegistry:
             self._revoke(identity)
             raise
 
-    async def _attach(self, robot_id: str, identity: Identity, carrier: Carrier) -> tuple[Robot, Executor]:
+    async def _attach(
+        self, robot_id: str, identity: Identity, carrier: RobotConnection
+    ) -> tuple[RapyutaRobot, Executor]:
         key = identity.user, robot_id
         while (known := self._robots.get(key)) is not None and known[0].carrier is not None:
             await self._displace(known[0].carrier)
@@ -145,20 +149,20 @@ class RobotRegistry:
         robot.carrier = carrier
         return robot, executor
 
-    async def _displace(self, carrier: Carrier) -> None:
+    async def _displace(self, carrier: RobotConnection) -> None:
         if await carrier.answers(PROBE_TIMEOUT):
             raise Conflict("ID is already used for a container or robot: the robot is connected")
         await carrier.displace(Conflict("it did not answer, and another connection of this robot replaced it"))
 
-    def _begin(self, robot_id: str, identity: Identity) -> tuple[Robot, Executor]:
+    def _begin(self, robot_id: str, identity: Identity) -> tuple[RapyutaRobot, Executor]:
         table = self._tables.setdefault(identity.user, EndpointTable())
-        robot = Robot(robot_id, identity)
+        robot = RapyutaRobot(robot_id, identity)
         table.add(robot)
         executor = Executor(robot, table, self._services, self._sessions)
         self._robots[identity.user, robot_id] = robot, executor
         return robot, executor
 
-    def detach(self, robot: Robot, carrier: Carrier) -> None:
+    def detach(self, robot: RapyutaRobot, carrier: RobotConnection) -> None:
         """Disconnect a robot; it may come back for a while, unless it must not."""
         if robot.carrier is carrier:
             robot.disconnect()
@@ -168,7 +172,7 @@ class RobotRegistry:
                 robot.expiry = asyncio.get_running_loop().call_later(self._reconnect, self._end, robot)
         carrier.left.set()
 
-    def _end(self, robot: Robot) -> None:
+    def _end(self, robot: RapyutaRobot) -> None:
         key = robot.identity.user, robot.tag
         known = self._robots.get(key)
         if known is None or known[0] is not robot:
@@ -209,7 +213,7 @@ class RobotRegistry:
         """Disconnect the robots whose token, or password for this protocol, is no longer valid."""
         await asyncio.gather(*(self._check(robot) for robot, _ in tuple(self._robots.values())))
 
-    async def _check(self, robot: Robot) -> None:
+    async def _check(self, robot: RapyutaRobot) -> None:
         try:
             await self._services.accounts.user_of(robot.identity.token)
             await check_verifier(robot.identity, self._services)
@@ -218,7 +222,7 @@ class RobotRegistry:
         except Unavailable:
             return  # it cannot be checked now, as the store is unreachable: the right remains
 
-    def _dismiss(self, robot: Robot, reason: PPaaSError) -> None:
+    def _dismiss(self, robot: RapyutaRobot, reason: PPaaSError) -> None:
         robot.end(reason)
         if robot.carrier is None:
             self._end(robot)

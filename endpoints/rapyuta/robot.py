@@ -4,13 +4,13 @@ import asyncio
 from dataclasses import dataclass
 
 from endpoints.http.websocket_protocol import DirectWebSocket
-from endpoints.rapyuta.clone import Clone, Container
-from endpoints.rapyuta.interfaces import ROBOT_INTERFACES, Endpoint, RobotInterface
+from endpoints.rapyuta.clone import Clone, RapyutaContainer
+from endpoints.rapyuta.interfaces import ROBOT_INTERFACES, RapyutaEndpoint, RobotInterface
 from engine.sessions.outbox import FrameOutbox
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.binary.binary_frame import BinaryFrame
-from ppaas.wire.rapyuta.answers import Frames, error_message
+from ppaas.wire.rapyuta.answers import AnswerFrames, error_message
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, interface_type
 from ppaas.wire.rapyuta.requests import AddInterface, DataMessage
 from ppaas.wire.rapyuta.tags import check_tag
@@ -31,7 +31,7 @@ class Identity:
     verifier: str = ""
 
 
-class Carrier:
+class RobotConnection:
     """Connection that the frames of a robot are sent by.
 
     Parameters
@@ -52,7 +52,7 @@ class Carrier:
 
     def send_frame(self, frame: bytes) -> None:
         """Send a text frame and its binary frames; only while ready."""
-        frames = Frames.unpack(frame)
+        frames = AnswerFrames.unpack(frame)
         self._connection.send_frame(frames.text)
         for part in frames.parts:
             self._connection.send_frame(BinaryFrame(part))
@@ -68,7 +68,7 @@ class Carrier:
         await self.left.wait()
 
 
-class Robot(Endpoint):
+class RapyutaRobot(RapyutaEndpoint):
     """Robot of 2013, connected or away for a moment.
 
     Parameters
@@ -82,7 +82,7 @@ class Robot(Endpoint):
     ----------
     over : Future
         Done once the robot must disconnect; its result is the reason.
-    containers : dict of str to Container
+    containers : dict of str to RapyutaContainer
         Containers that it created, by tag.
     clone : Clone or None
         Its clone, while it has containers.
@@ -93,9 +93,9 @@ class Robot(Endpoint):
         self.identity = identity
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self.outbox = FrameOutbox()
-        self.containers: dict[str, Container] = {}
+        self.containers: dict[str, RapyutaContainer] = {}
         self.clone: Clone | None = None
-        self.carrier: Carrier | None = None
+        self.carrier: RobotConnection | None = None
         self.expiry: asyncio.TimerHandle | None = None
 
     def renew(self, identity: Identity) -> None:
@@ -115,7 +115,7 @@ class Robot(Endpoint):
         self.carrier = None
         self.outbox.connect(None)
 
-    def send(self, frames: Frames, topic: str | None) -> None:
+    def send(self, frames: AnswerFrames, topic: str | None) -> None:
         """Send frames: a message of a topic, of which old ones may be dropped; with None, what must arrive."""
         try:
             if topic is None:

@@ -10,9 +10,9 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.authentication import authenticate, caller_of
 from endpoints.accounts.tokens import ScopedUser
+from endpoints.resources.services import Services
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
-from endpoints.services.services import Services
 from endpoints.sharing.access import access_of, check_told
 from endpoints.sharing.shared_robots import ReachedRobot, reach, reads_itself, shows_map
 from engine.rights.globs import split_address

@@ -11,13 +11,13 @@ from msgspec.structs import replace
 from pydantic import ConfigDict, Field, StrictInt
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId, Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
 from endpoints.rest.schemas import Number, Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, QuotaExceeded, Unavailable
 from ppaas.tasks.records import (

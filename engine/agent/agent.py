@@ -115,7 +115,7 @@ class Agent:
                 self._hosting.stop(order)
             case control_link.ResizeContainer():
                 self._hosting.resize(order)
-            case control_link.UseMap():
+            case control_link.UseMapVersions():
                 self._hosting.use_map(order)
             case control_link.BeatAcknowledged():
                 self._session.lease.answered(leads=order.leads)

@@ -11,7 +11,7 @@ from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.entries import ENTRIES
-from engine.agent.host_load import HostLoad, Neighbours, NetworkLoad
+from engine.agent.host_load import HostLoad, NetworkLoad, RoundTripProbe
 from engine.agent.kernel_service import KernelService
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
@@ -108,7 +108,7 @@ async def open_components(
         machine=config.machine,
     )
     stack.push_async_callback(hosting.close)
-    neighbours = Neighbours(fabric, config.machine)
+    neighbours = RoundTripProbe(fabric, config.machine)
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
     await cancel_all((starting,))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
+from engine.agent.fleet_topics import FleetTopics, TopicFabric, heard_by, scope_of
 from engine.agent.kernel_service import KernelService, nothing_to_compile
 from engine.agent.store_requests import CloneService, PlanService
 from engine.processes.background import Background
@@ -78,7 +78,7 @@ class ContainerGateway:
         Path of the Unix socket; only the user of this process may connect to it.
     store : Store
         Store of checkpoints and plans.
-    fabric : Fabric
+    fabric : TopicFabric
         Session on the fabric, over which robots share positions.
     cloud : str
         Name of the cloud process that this machine belongs to.
@@ -101,7 +101,7 @@ class ContainerGateway:
         self,
         path: Path,
         store: Store,
-        fabric: Fabric,
+        fabric: TopicFabric,
         cloud: str = "",
         *,
         link: str = "machine",
@@ -263,7 +263,7 @@ class ContainerGateway:
             await self.kernels.serve(first, stream)
 
     def _admitted(self, attach: machine_link.FromContainer | None, stream: Stream) -> _AttachedContainer:
-        if not isinstance(attach, machine_link.Attach):
+        if not isinstance(attach, machine_link.AttachContainer):
             raise NotPermitted("the first message of a container must be its attach request")
         return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
 
@@ -300,20 +300,25 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
-            case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse() | machine_link.Record():
+            case (
+                machine_link.NoteHistory()
+                | machine_link.FabricPublish()
+                | machine_link.MapInUse()
+                | machine_link.RecordBatch()
+            ):
                 self._take_unanswered(frame, attached)
-            case machine_link.Attach() | machine_link.Compiling() | machine_link.AwaitKernels():
+            case machine_link.AttachContainer() | machine_link.Compiling() | machine_link.AwaitKernels():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
 
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:
             case machine_link.NoteHistory():
                 self._note_history(frame, attached)
-            case machine_link.Share():
+            case machine_link.FabricPublish():
                 self._share(frame, attached)
             case machine_link.MapInUse():
                 self._followed(frame, attached)
-            case machine_link.Record():
+            case machine_link.RecordBatch():
                 self._recordings.take(attached.spec, frame.batch, attached.stream.write)
 
     # -- the stores ----------------------------------------------------------------------------------------------------
@@ -371,7 +376,7 @@ class ContainerGateway:
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
-    def _share(self, frame: machine_link.Share, attached: _AttachedContainer) -> None:
+    def _share(self, frame: machine_link.FabricPublish, attached: _AttachedContainer) -> None:
         if attached.is_shut or not self._acts():
             return
         try:

@@ -48,11 +48,11 @@ class FollowedMap:
     def __init__(self, spec: ContainerSpec, layers: Path, used: Callable[[ContainerSpec, Path], None]) -> None:
         self.spec, self.layers = spec, layers
         self._used = used
-        self._wanted: control_link.UseMap | None = None
+        self._wanted: control_link.UseMapVersions | None = None
         self._closed = False
         self._task: asyncio.Task[None] | None = None
 
-    def follow(self, order: control_link.UseMap, cache: MapCache, gateway: ContainerGateway) -> None:
+    def follow(self, order: control_link.UseMapVersions, cache: MapCache, gateway: ContainerGateway) -> None:
         """Follow the versions of an order; of several orders, the last counts. Do nothing after ``close``."""
         if self._closed:
             return
@@ -82,7 +82,7 @@ class FollowedMap:
             except Exception:
                 logger.exception("container %s goes on with the map before after an internal error", self.spec.id)
 
-    async def _follow(self, order: control_link.UseMap, cache: MapCache, gateway: ContainerGateway) -> None:
+    async def _follow(self, order: control_link.UseMapVersions, cache: MapCache, gateway: ContainerGateway) -> None:
         spec = self.spec.on_maps(order.map, order.masks, in_space=order.in_space)
         if spec == self.spec:
             return
@@ -258,7 +258,7 @@ class ContainerSupervisor:
         finally:
             self._cache.release(folder)
 
-    def use_map(self, order: control_link.UseMap) -> None:
+    def use_map(self, order: control_link.UseMapVersions) -> None:
         """Move the clone in a container to other versions of its map; do nothing if it does not run."""
         hosted = self._hosted.get(order.container)
         if hosted is not None and hosted.followed is not None:

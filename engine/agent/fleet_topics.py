@@ -30,7 +30,7 @@ MAX_BATCH = 1 << 16
 Stream = FrameStream[machine_link.FromContainer]
 
 
-class Subscription(Protocol):
+class FabricSubscription(Protocol):
     """Subscription to a key expression."""
 
     def close(self) -> None:
@@ -38,7 +38,7 @@ class Subscription(Protocol):
         ...
 
 
-Subscribe = Callable[[Callable[[str, bytes], None]], Subscription]
+Subscribe = Callable[[Callable[[str, bytes], None]], FabricSubscription]
 """Subscribes to a key expression, with a callback for key and payload."""
 
 
@@ -56,7 +56,7 @@ class SharedPositions:
 
     def __init__(self, subscribe: Subscribe) -> None:
         self._subscribe = subscribe
-        self._subscription: Subscription | None = None
+        self._subscription: FabricSubscription | None = None
         self._numbers = itertools.count()
         self._hearers: dict[int, tuple[Scope, Stream]] = {}
         self._waiting: dict[tuple[str, str], machine_link.Shared] = {}
@@ -137,14 +137,14 @@ class _Hearing:
         self._end()
 
 
-class Fabric(Protocol):
+class TopicFabric(Protocol):
     """Part of the fabric's session that fleet topics need."""
 
     def publish(self, key: str, payload: bytes) -> None:
         """Publish a payload; it may be lost."""
         ...
 
-    def subscribe(self, key: str, callback: Callable[[str, bytes], None]) -> Subscription:
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None]) -> FabricSubscription:
         """Call ``callback`` with key and payload of each publication that matches a key expression."""
         ...
 
@@ -154,15 +154,15 @@ class FleetTopics:
 
     Parameters
     ----------
-    fabric : Fabric
+    fabric : TopicFabric
         Session on the fabric.
     """
 
-    def __init__(self, fabric: Fabric) -> None:
+    def __init__(self, fabric: TopicFabric) -> None:
         self._fabric = fabric
         self._positions: dict[str, SharedPositions] = {}
 
-    def share(self, scope: Scope | None, frame: machine_link.Share) -> None:
+    def share(self, scope: Scope | None, frame: machine_link.FabricPublish) -> None:
         """Publish what a container shares with other robots on its map.
 
         Raises
@@ -176,7 +176,7 @@ class FleetTopics:
 
     def hear_others(
         self, scope: Scope | None, heard_keys: Sequence[str], stream: FrameStream[machine_link.FromContainer]
-    ) -> list[Subscription]:
+    ) -> list[FabricSubscription]:
         """Forward what others share to a container, until the returned subscriptions are closed.
 
         Parameters
@@ -211,7 +211,7 @@ class FleetTopics:
         return self._positions[key]
 
 
-def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
+def _shared_key(frame: machine_link.FabricPublish, scope: Scope | None) -> str:
     if scope is None:
         raise NotPermitted("a container that only plans has no topics to share")
     most = MAX_STATE if frame.topic == PEOPLE_STATE.name else MAX_SHARED

@@ -112,7 +112,7 @@ NEWEST = 0.3
 """Weight of the newest round trip in the exponential moving average."""
 
 
-class Neighbours:
+class RoundTripProbe:
     """Measures the round-trip times from one machine to the others.
 
     Parameters
@@ -202,12 +202,12 @@ class HostLoad:
         Returns the load of each container, with its CPU time since its start [s]; it may block.
     network : NetworkLoad
         Network load of the host.
-    neighbours : Neighbours
+    neighbours : RoundTripProbe
         Round-trip times to other machines.
     """
 
     def __init__(
-        self, loads: Callable[[], list[control_link.ContainerLoad]], network: NetworkLoad, neighbours: Neighbours
+        self, loads: Callable[[], list[control_link.ContainerLoad]], network: NetworkLoad, neighbours: RoundTripProbe
     ) -> None:
         self._loads = loads
         self._network = network

@@ -169,7 +169,7 @@ class PlanService:
             raise NotPermitted("a container may only store plans with its own user, robot and map version")
         self._store.add_plan(plan)
 
-    def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.Candidate]:
+    def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.PlanCandidate]:
         """Return candidates for reuse: plans from start to goal or, without any, segments of plans that pass both."""
         if spec.maps:
             return []
@@ -189,17 +189,18 @@ class PlanService:
         fit = best_candidates(query, [_seen(passage.head) for passage in passages], most=1)
         return [candidate for each in fit for candidate in self._stretch(by_id[each.id])]
 
-    def _whole(self, head: PlanRecord) -> list[machine_link.Candidate]:
+    def _whole(self, head: PlanRecord) -> list[machine_link.PlanCandidate]:
         try:
-            return [machine_link.Candidate(self._recent.plan(head))]
+            return [machine_link.PlanCandidate(self._recent.plan(head))]
         except NotFound:
             return []  # it was removed since the query
 
-    def _stretch(self, passage: PlanPassage) -> list[machine_link.Candidate]:
+    def _stretch(self, passage: PlanPassage) -> list[machine_link.PlanCandidate]:
         part = slice(passage.first * POSE, (passage.last + 1) * POSE)
         whole = [found.plan for found in self._whole(passage.head)]
         return [
-            machine_link.Candidate(msgspec.structs.replace(plan, poses=plan.poses[part]), whole=False) for plan in whole
+            machine_link.PlanCandidate(msgspec.structs.replace(plan, poses=plan.poses[part]), whole=False)
+            for plan in whole
         ]
 
     def history(self, spec: ContainerSpec) -> machine_link.PlanningHistory:
@@ -229,4 +230,4 @@ class PlanService:
 
 
 def _seen(head: PlanRecord) -> stored.StoredPlan:
-    return stored_plan(machine_link.Candidate(msgspec.structs.replace(head, poses=b"")))
+    return stored_plan(machine_link.PlanCandidate(msgspec.structs.replace(head, poses=b"")))

@@ -111,7 +111,7 @@ _encoder = msgspec.msgpack.Encoder(enc_hook=_encoded_error)
 I = TypeVar("I")  # noqa: E741 - an interface
 
 
-class Link(Protocol):
+class CallLink(Protocol):
     """End of a link that calls the methods of the other end."""
 
     async def call(self, method: Callable[..., Coroutine[Any, Any, Any]], /, *args: Any, **named: Any) -> Any:
@@ -124,7 +124,7 @@ class Link(Protocol):
 
 
 class _Remote:
-    def __init__(self, interface: Callable[..., object], link: Link) -> None:
+    def __init__(self, interface: Callable[..., object], link: CallLink) -> None:
         self._interface = interface
         self._link = link
 
@@ -140,13 +140,13 @@ class _Remote:
         self._link.tell(method, *args, **named)
 
 
-def remote(interface: Callable[..., I], link: Link) -> I:
+def remote(interface: Callable[..., I], link: CallLink) -> I:
     """Return an object that calls the methods of an interface at the other end of a link.
 
     Parameters
     ----------
     interface : type
         Interface that the other end serves.
-    link : Link
+    link : CallLink
     """
     return cast(I, _Remote(interface, link))

@@ -292,10 +292,10 @@ class Container:
         match frame:
             case robot_link.Deliver():
                 self._deliver(link, frame)
-            case robot_link.Subscribe():
+            case robot_link.SubscribeTopic():
                 link.wanted.add(frame.topic)
                 self.subscribe(link, frame.topic, frame.client)
-            case robot_link.Unsubscribe():
+            case robot_link.UnsubscribeTopic():
                 link.wanted.discard(frame.topic)
                 self.unsubscribe(frame.topic)
             case robot_link.ServiceCall():

@@ -21,19 +21,19 @@ SHORT = 0.02
 """Time limit of a job on the loop's thread [s]; a robot that stands still and a planning client tolerate this delay."""
 
 
-class Outcome(NamedTuple, Generic[T]):
+class JobOutcome(NamedTuple, Generic[T]):
     """Outcome of a job: its result, or the exception that it raised."""
 
     result: T | None
     error: Exception | None
 
 
-def attempt(work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
+def attempt(work: Work[T], cancelled: Callable[[], bool]) -> JobOutcome[T]:
     """Run a job in the calling thread."""
     try:
-        return Outcome(work(cancelled), None)
+        return JobOutcome(work(cancelled), None)
     except Exception as error:  # noqa: BLE001  # passed to the caller as the outcome
-        return Outcome(None, error)
+        return JobOutcome(None, error)
 
 
 class ShortJobs:
@@ -60,14 +60,14 @@ class ShortJobs:
         """Drop the outcome of the job being attempted, since it would block; it is run again in a thread."""
         self._declined = True
 
-    def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
+    def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> JobOutcome[T]:
         """Run a job in the calling thread, and record whether it was short."""
         began = self._clock()
         outcome = attempt(work, cancelled)
         self._short = self._clock() - began < SHORT
         return outcome
 
-    def attempt(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T] | None:
+    def attempt(self, work: Work[T], cancelled: Callable[[], bool]) -> JobOutcome[T] | None:
         """Run a job here and return its outcome; None if it must run in a thread, or took too long."""
         if not (self._short and self._free):
             return None
@@ -149,16 +149,16 @@ class NodeExecutor:
         try:
             await self._gate.for_job()
         except PPaaSError as error:
-            self._finish(Outcome(None, error), done)
+            self._finish(JobOutcome(None, error), done)
         else:
             self._work(work, cancelled, done)
 
-    def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
+    def _hand_over(self, future: Future[JobOutcome[T]], done: Done[T]) -> None:
         if not future.cancelled():
             with contextlib.suppress(RuntimeError):  # the loop is closed: no client waits for the result
                 self._loop.call_soon_threadsafe(self._finish, future.result(), done)
 
-    def _finish(self, outcome: Outcome[T], done: Done[T]) -> None:
+    def _finish(self, outcome: JobOutcome[T], done: Done[T]) -> None:
         if self._closed:
             return
         result, error = outcome

@@ -14,7 +14,7 @@ from ppaas.clone.planning_container import build_planning
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.diagnosis.observations.place import WatchedRobot
-from ppaas.diagnosis.observations.topic_table import Traffic
+from ppaas.diagnosis.observations.topic_table import TrafficCounter
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText
@@ -99,7 +99,7 @@ def _build_group_node(graph: Graph, spec: ContainerSpec, layers: MapLayers) -> N
         build_traffic(graph, layers)
 
 
-def _add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traffic: Traffic) -> None:
+def _add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traffic: TrafficCounter) -> None:
     body = robot_body(robot.model, robot.urdf, robot.parameters)
     watched = WatchedRobot(
         id=robot.id,

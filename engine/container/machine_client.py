@@ -42,7 +42,7 @@ class MachineClient:
         """Connect to the machine, and identify this container with its secret."""
         reader, writer = await asyncio.open_unix_connection(launch.machine)
         client = cls(FrameStream(reader, writer, machine_link.ToContainer))
-        client._stream.write(machine_link.Attach(launch.spec.id, launch.secret))
+        client._stream.write(machine_link.AttachContainer(launch.spec.id, launch.secret))
         return client
 
     async def serve(
@@ -147,7 +147,7 @@ class MachineClient:
         """
         await self._request(lambda number: machine_link.KeepPlan(number, plan))
 
-    async def find_plans(self, query: PlanQuery) -> list[machine_link.Candidate]:
+    async def find_plans(self, query: PlanQuery) -> list[machine_link.PlanCandidate]:
         """Return stored plans on the container's map that may be reused, best first.
 
         Raises
@@ -197,11 +197,11 @@ class MachineClient:
 
     def share(self, topic: str, payload: bytes, addressee: str = "") -> None:
         """Publish a message for the robots on the same map, or for one of them; it may be lost."""
-        self._stream.write(machine_link.Share(topic, payload, addressee))
+        self._stream.write(machine_link.FabricPublish(topic, payload, addressee))
 
     def record(self, batch: bytes) -> None:
         """Write a batch to the recordings of the robot; it may be lost."""
-        self._stream.write(machine_link.Record(batch))
+        self._stream.write(machine_link.RecordBatch(batch))
 
     @property
     def waiting(self) -> int:

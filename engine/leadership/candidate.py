@@ -13,7 +13,7 @@ from storage.records import Lease
 
 
 @dataclass(frozen=True, slots=True)
-class Timing:
+class LeaseTiming:
     """Periods of candidates, the same for all of a lease [s].
 
     Parameters
@@ -63,7 +63,7 @@ class Change:
 Request = Read | Change
 
 
-class Candidate:
+class LeaseCandidate:
     """Candidate for a lease. It asks for one thing at a time: after ``next``, one of the answers must follow.
 
     Parameters
@@ -75,7 +75,7 @@ class Candidate:
         earlier process, and is taken without patience.
     now : float
         Time of this process [s], as in all methods.
-    timing : Timing
+    timing : LeaseTiming
         Periods.
 
     Attributes
@@ -92,7 +92,7 @@ class Candidate:
         Time of the next request, unless one is under way.
     """
 
-    def __init__(self, name: str, holder: str, now: float, timing: Timing) -> None:
+    def __init__(self, name: str, holder: str, now: float, timing: LeaseTiming) -> None:
         self.role = Role.WAITING
         self.held = Lease(name)
         self.former = self.rival = ""

@@ -16,7 +16,7 @@ from typing import Protocol, TypeVar
 
 import msgspec
 
-from engine.leadership.candidate import Candidate, Read, Request, Role, Timing
+from engine.leadership.candidate import LeaseCandidate, LeaseTiming, Read, Request, Role
 from engine.processes.private_files import write_private
 from ppaas.clock import Clock, uptime
 from ppaas.decoding import from_json
@@ -69,7 +69,7 @@ MASTER = "master"
 RELEASE_TIMEOUT = 2.0
 """Time that the store has to take the lease back at the end [s]; after that a standby waits for its patience."""
 
-TIMING = Timing()
+TIMING = LeaseTiming()
 """Periods of all masters of a cloud."""
 
 
@@ -82,7 +82,7 @@ class Leadership:
         Store of the lease.
     holder : str
         Name of this process (``holder_of``).
-    timing : Timing
+    timing : LeaseTiming
         Periods.
     clock : callable
         Time [s], which advances while this process is stopped.
@@ -93,10 +93,10 @@ class Leadership:
         Called after each renewal: orders that waited for it may be given.
     """
 
-    def __init__(self, store: LeaseStore, holder: str, timing: Timing = TIMING, clock: Clock = uptime) -> None:
+    def __init__(self, store: LeaseStore, holder: str, timing: LeaseTiming = TIMING, clock: Clock = uptime) -> None:
         self._store = store
         self._clock = clock
-        self._candidate = Candidate(MASTER, holder, clock(), timing)
+        self._candidate = LeaseCandidate(MASTER, holder, clock(), timing)
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="lease")
         self._news = asyncio.Event()
         self._running: asyncio.Task[None] | None = None

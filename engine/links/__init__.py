@@ -1,1 +1,1 @@
-"""Both ends of the robot link: the clients of a place, their subscriptions and open calls."""
+"""Ends of the control link and of the robot link: servers, places, carried sessions, calls and messages under way."""

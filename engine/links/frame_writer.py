@@ -1,4 +1,4 @@
-"""Interface of the writing end of a link."""
+"""Interfaces of what frames are written to: the end of a link, the connection of a client."""
 
 from typing import Protocol, TypeVar
 
@@ -15,4 +15,17 @@ class FrameWriter(Protocol[Frame_contra]):
     @property
     def waiting(self) -> int:
         """Number of written bytes that are still queued."""
+        ...
+
+
+class FrameSink(Protocol):
+    """Connection that frames are sent through."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it accepts a frame now."""
+        ...
+
+    def send_frame(self, frame: bytes) -> None:
+        """Send a frame; only while ready."""
         ...

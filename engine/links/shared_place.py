@@ -1,7 +1,7 @@
 """Place as its clients share it: who they are, what they hear, the types of what there is, and their open calls.
 
 A place is in the process of its container, next to the clone (`engine.sessions.place.place`), or at the other end of
-the robot link (`engine.service.links.place_link`).
+the robot link (`engine.links.place_link`).
 """
 
 import itertools

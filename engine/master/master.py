@@ -1,7 +1,7 @@
 """The master, as a pure state machine: events in, orders out.
 
 It places containers, counts quotas, and replaces lost containers. It starts nothing itself, and no message of a robot
-passes through it. ``engine.service.master_driver`` executes its orders.
+passes through it. ``engine.control.master_driver`` executes its orders.
 
 A *place* is what a user holds: the clone of a robot, or planning on a map version. The containers that fill it are
 replaced over time. Each has its own id, so that a late report about a dead container is never applied to its successor.
@@ -46,7 +46,7 @@ from engine.master.events import (
 )
 from engine.master.machine import DECIMALS, Machine
 from engine.master.orders import Close, Leave, Order, Resize, UseMap
-from engine.master.places import CRASH_WINDOW, Place, PlaceRequest, note_crash
+from engine.master.places import CRASH_WINDOW, PlaceAssignment, PlaceRequest, note_crash
 from engine.master.queueing import FullMachines, check_fits, explain_no_machine
 from engine.master.quotas import Quotas
 from engine.master.report_validation import check_heartbeat
@@ -129,7 +129,7 @@ class Master:
         return self._state.machines
 
     @property
-    def places(self) -> Mapping[str, Place]:
+    def places(self) -> Mapping[str, PlaceAssignment]:
         """Open places by name."""
         return self._state.places
 
@@ -156,7 +156,7 @@ class Master:
         """Return the name of the machine of a container; raises ``NotFound`` if there is no such container."""
         return self._state.machine_of(container)
 
-    def place_of(self, container: str) -> Place | None:
+    def place_of(self, container: str) -> PlaceAssignment | None:
         """Return the place that a container fills; None if it no longer fills one."""
         return self._state.filled_by(container)
 
@@ -505,12 +505,12 @@ def move_on(state: MasterState) -> list[Order]:
     return orders
 
 
-def _ready_on(machine: Machine, state: MasterState) -> list[Place]:
+def _ready_on(machine: Machine, state: MasterState) -> list[PlaceAssignment]:
     filled = (state.filled_by(container) for container in machine.containers)
     return [place for place in filled if place is not None and place.state == "ready" and not place.leaving]
 
 
-def _move(place: Place, full: FullMachines, state: MasterState) -> list[Order]:
+def _move(place: PlaceAssignment, full: FullMachines, state: MasterState) -> list[Order]:
     if len(state.moving) >= MOVES or place.spec is None or place.machine is None:
         return []
     place.successor = state.reserve(place)
@@ -539,7 +539,7 @@ def follow(event: MapChanged, state: MasterState) -> list[Order]:
     return [order for order in orders if order is not None]
 
 
-def _follow(place: Place, event: MapChanged, state: MasterState) -> Order | None:
+def _follow(place: PlaceAssignment, event: MapChanged, state: MasterState) -> Order | None:
     request = with_version(place.request, event)
     if request == place.request:
         return None
@@ -554,7 +554,7 @@ def _follow(place: Place, event: MapChanged, state: MasterState) -> Order | None
     return None if place.follows or place.leaving else UseMap(place.machine, place.spec)
 
 
-def catch_up(place: Place) -> list[Order]:
+def catch_up(place: PlaceAssignment) -> list[Order]:
     """Return the order for a container that has become ready, if a map of it changed while it started."""
     if not place.follows or place.spec is None or place.machine is None:
         return []

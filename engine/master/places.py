@@ -91,7 +91,7 @@ class PlaceRequest:
 
 
 @dataclass(slots=True)
-class Place:
+class PlaceAssignment:
     """A place, and the container that fills it now, if any.
 
     Attributes
@@ -130,7 +130,7 @@ class Place:
         return self.request.cores if self.resized is None else self.resized
 
 
-def note_crash(place: Place, now: float) -> float | None:
+def note_crash(place: PlaceAssignment, now: float) -> float | None:
     """Count a crash; return the delay until the container is replaced [s], or None in a crash loop."""
     place.crashes = [t for t in place.crashes if now - t < CRASH_WINDOW] + [now]
     crashes = len(place.crashes)

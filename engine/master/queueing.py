@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from engine.master.machine import Machine
 from engine.master.orders import Order
-from engine.master.places import Place, PlaceRequest
+from engine.master.places import PlaceAssignment, PlaceRequest
 from engine.master.quotas import Quotas
 from engine.specs.cores import check as check_size
 from engine.specs.machine_settings import labels_text
@@ -23,17 +23,17 @@ class FullMachines:
     def __init__(self) -> None:
         self._sizes: dict[frozenset[tuple[str, str]], float] = {}
 
-    def note(self, wanted: Place | PlaceRequest) -> None:
+    def note(self, wanted: PlaceAssignment | PlaceRequest) -> None:
         """Note that no machine has room for a container of a place or request."""
         self._sizes[_labels_of(wanted)] = wanted.cores
 
-    def refuse(self, wanted: Place | PlaceRequest) -> bool:
+    def refuse(self, wanted: PlaceAssignment | PlaceRequest) -> bool:
         """Return whether no machine has room, because a container no larger found none among the same machines."""
         return bool(self._sizes) and wanted.cores >= self._sizes.get(_labels_of(wanted), math.inf)
 
 
-def _labels_of(wanted: Place | PlaceRequest) -> frozenset[tuple[str, str]]:
-    request = wanted.request if isinstance(wanted, Place) else wanted
+def _labels_of(wanted: PlaceAssignment | PlaceRequest) -> frozenset[tuple[str, str]]:
+    request = wanted.request if isinstance(wanted, PlaceAssignment) else wanted
     return frozenset(request.labels.items())
 
 
@@ -84,7 +84,7 @@ Open = Callable[[PlaceRequest], list[Order]]
 """Opens a place, or raises the reason why it cannot be opened now."""
 
 
-class Queue:
+class PlaceQueue:
     """Places that wait for room on a machine, or for their user's quota.
 
     First come, first served among those that fit. A large request that does not fit yet keeps its position and

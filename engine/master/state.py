@@ -9,8 +9,8 @@ from engine.master.balancer import Balancer
 from engine.master.events import MapChanged
 from engine.master.machine import Machine
 from engine.master.orders import Adopt, End, Order, Start
-from engine.master.places import Place, PlaceRequest
-from engine.master.queueing import Queue
+from engine.master.places import PlaceAssignment, PlaceRequest
+from engine.master.queueing import PlaceQueue
 from engine.master.quotas import Quotas
 from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
@@ -26,7 +26,7 @@ def request_of(spec: ContainerSpec) -> PlaceRequest:
     return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels, group_node=spec.group_node)
 
 
-def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:
+def may_adopt(place: PlaceAssignment | None, machine: Machine, carried: RunningContainer) -> bool:
     """Return whether a place may adopt a container that a machine reported.
 
     A place that is not open yet may. An open place must be for the same robot or group on the same map, and have
@@ -35,7 +35,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) 
 
     Parameters
     ----------
-    place : Place, optional
+    place : PlaceAssignment, optional
         Place that the container fills; None if it is not open.
     machine : Machine
         Machine that runs the container.
@@ -51,7 +51,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) 
     return free and place.request == request_of(spec) and place.session in ("", spec.session)
 
 
-def take_up(place: Place, machine: Machine, carried: RunningContainer) -> ContainerSpec:
+def take_up(place: PlaceAssignment, machine: Machine, carried: RunningContainer) -> ContainerSpec:
     """Assign a running container to a place and count it on its machine; return its spec with its current size."""
     spec = msgspec.structs.replace(carried.spec, cores=carried.cores)
     machine.place(spec)
@@ -143,7 +143,7 @@ class MasterState:
     ----------
     machines, places : dict
         Machines and places by name.
-    users_of : dict of str to dict of str to Place
+    users_of : dict of str to dict of str to PlaceAssignment
         Places whose containers use each map, as their map or as a mask: by id of the map, and by name.
     place_of : dict of str to str
         Place that each container fills or will fill, by container id.
@@ -159,7 +159,7 @@ class MasterState:
         Settings by administrators, by name of the machine.
     removed : set of str
         Machines that administrators removed; they may not join.
-    queue : Queue
+    queue : PlaceQueue
         Requests for places that wait until they may be opened.
     versions : CurrentVersions
         Current versions of maps.
@@ -173,8 +173,8 @@ class MasterState:
         self._last_number = 0
         self._id_suffix = id_suffix
         self.machines: dict[str, Machine] = {}
-        self.places: dict[str, Place] = {}
-        self.users_of: dict[str, dict[str, Place]] = {}
+        self.places: dict[str, PlaceAssignment] = {}
+        self.users_of: dict[str, dict[str, PlaceAssignment]] = {}
         self.place_of: dict[str, str] = {}
         self.waiting: dict[str, None] = {}
         self.moving: set[str] = set()
@@ -182,7 +182,7 @@ class MasterState:
         self.returning: set[str] = set()
         self.settings: dict[str, MachineSettings] = {}
         self.removed: set[str] = set()
-        self.queue = Queue(quotas)
+        self.queue = PlaceQueue(quotas)
         self.versions = CurrentVersions()
         self.closing = False
 
@@ -207,12 +207,12 @@ class MasterState:
         else:
             self.draining.discard(machine.id)
 
-    def filled_by(self, container: str) -> Place | None:
+    def filled_by(self, container: str) -> PlaceAssignment | None:
         """Return the place that a container fills; None if it no longer fills one."""
         place = self.places.get(self.place_of.get(container, ""))
         return place if place is not None and place.spec is not None and place.spec.id == container else None
 
-    def may_run(self, place: Place) -> bool:
+    def may_run(self, place: PlaceAssignment) -> bool:
         """Return whether a clone or the node of a group may still run on a machine that has not reconnected yet."""
         return bool(self.returning) and place.request.lasts and not place.session
 
@@ -231,16 +231,16 @@ class MasterState:
         self.balancer.placed(machine, spec)
         return [Adopt(request.key, machine.id, carried)]
 
-    def add(self, request: PlaceRequest) -> Place:
+    def add(self, request: PlaceRequest) -> PlaceAssignment:
         """Add a place, which waits to be filled."""
-        place = self.places[request.key] = Place(request)
+        place = self.places[request.key] = PlaceAssignment(request)
         for map_id in request.map_ids:
             self.users_of.setdefault(map_id, {})[request.key] = place
         self.waiting[request.key] = None
         self.quotas.add(request.user, 1, request.cores)
         return place
 
-    def drop(self, key: str) -> Place | None:
+    def drop(self, key: str) -> PlaceAssignment | None:
         """Remove a place and release the room reserved for it; return it, or None if there is no such place."""
         place = self.places.pop(key, None)
         if place is not None:
@@ -252,14 +252,14 @@ class MasterState:
             self.quotas.add(place.request.user, -1, -place.cores)
         return place
 
-    def _forget_user(self, place: Place) -> None:
+    def _forget_user(self, place: PlaceAssignment) -> None:
         for map_id in place.request.map_ids:
             users = self.users_of[map_id]
             del users[place.request.key]
             if not users:
                 del self.users_of[map_id]
 
-    def fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
+    def fill(self, key: str, place: PlaceAssignment, delay: float = 0.0) -> list[Order]:
         """Return the order to start the next container of a place; if no machine has room, the place keeps waiting."""
         reserved = place.successor or self.reserve(place)
         place.successor = None
@@ -271,7 +271,7 @@ class MasterState:
         place.state, place.pid, place.session, place.follows = "starting", None, place.spec.session, False
         return [Start(key, place.machine, place.spec, delay)]
 
-    def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
+    def reserve(self, place: PlaceAssignment) -> tuple[str, ContainerSpec] | None:
         """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
         # Two clones would act at once, and overwrite each other's checkpoints.
         if self.may_run(place):
@@ -293,7 +293,7 @@ class MasterState:
         self.place_of[spec.id] = request.key
         return machine.id, spec
 
-    def empty(self, place: Place) -> list[Order]:
+    def empty(self, place: PlaceAssignment) -> list[Order]:
         """Detach the container of a place; return the order to end it."""
         spec, machine_id = place.spec, place.machine
         place.spec, place.machine, place.state, place.pid, place.leaving = None, None, "waiting", None, False

@@ -141,7 +141,7 @@ class ResizeContainer(msgspec.Struct, tag="resize"):
     cores: float
 
 
-class UseMap(msgspec.Struct, tag="use_map"):
+class UseMapVersions(msgspec.Struct, tag="use_map"):
     """Move the clone in a container to other versions of its map and masks. Ignored if it does not run.
 
     The fields replace the ones in its spec and its robot from now on.
@@ -191,5 +191,12 @@ class MastersChanged(msgspec.Struct, tag="masters"):
 
 
 ToAgent = (
-    Welcome | StartContainer | StopContainer | ResizeContainer | UseMap | BeatAcknowledged | MastersChanged | Dismissed
+    Welcome
+    | StartContainer
+    | StopContainer
+    | ResizeContainer
+    | UseMapVersions
+    | BeatAcknowledged
+    | MastersChanged
+    | Dismissed
 )

@@ -16,7 +16,7 @@ from storage.plan_checks import array_of
 from storage.records import CloneLogChange, PlanRecord
 
 
-class Attach(msgspec.Struct, tag="attach"):
+class AttachContainer(msgspec.Struct, tag="attach"):
     """Handshake of a container."""
 
     container: str
@@ -98,7 +98,7 @@ class PrepareIndex(msgspec.Struct, tag="prepare_index"):
     planner: str
 
 
-class Share(msgspec.Struct, tag="share"):
+class FabricPublish(msgspec.Struct, tag="share"):
     """Publish JSON on the fabric. The message may be lost.
 
     Parameters
@@ -119,17 +119,17 @@ class MapInUse(msgspec.Struct, tag="map_in_use"):
     refusal: Refusal | None = None
 
 
-class Record(msgspec.Struct, tag="record"):
+class RecordBatch(msgspec.Struct, tag="record"):
     """Write a batch of messages (`ppaas.recording.batches`) to the recordings of the robot. It may be lost."""
 
     batch: bytes
 
 
-Unanswered = NoteHistory | Share | MapInUse | Record
+Unanswered = NoteHistory | FabricPublish | MapInUse | RecordBatch
 """Frames of a container that have no answer."""
 
 FromContainer = (
-    Attach
+    AttachContainer
     | Compiling
     | AwaitKernels
     | SaveClone
@@ -149,7 +149,7 @@ class Done(msgspec.Struct, tag="done"):
     refusal: Refusal | None = None
 
 
-class Candidate(msgspec.Struct):
+class PlanCandidate(msgspec.Struct):
     """A stored plan: the whole plan, or its segment between the requested ends."""
 
     plan: PlanRecord
@@ -160,7 +160,7 @@ class PlansFound(msgspec.Struct, tag="found_plans"):
     """Stored plans, the best first."""
 
     request: int
-    plans: list[Candidate]
+    plans: list[PlanCandidate]
 
 
 class LogRead(msgspec.Struct, tag="log_read"):
@@ -238,7 +238,7 @@ Answer = Done | PlansFound | LogRead | PlanningHistory
 ToContainer = Answer | Shared | SharedBatch | Resized | EndpointCame | UseLayers | RecorderTold
 
 
-def stored_plan(candidate: Candidate) -> StoredPlan:
+def stored_plan(candidate: PlanCandidate) -> StoredPlan:
     """Return a candidate as a stored plan."""
     plan = candidate.plan
     poses = array_of(plan.poses)

@@ -181,14 +181,14 @@ class Deliver(msgspec.Struct, tag="deliver"):
     sequence: int = 0
 
 
-class Subscribe(msgspec.Struct, tag="subscribe"):
+class SubscribeTopic(msgspec.Struct, tag="subscribe"):
     """Send the messages of a topic. If they are sent already and it is latched, send the last one to this client."""
 
     topic: str
     client: int
 
 
-class Unsubscribe(msgspec.Struct, tag="unsubscribe"):
+class UnsubscribeTopic(msgspec.Struct, tag="unsubscribe"):
     """Stop sending the messages of a topic."""
 
     topic: str
@@ -237,5 +237,12 @@ class LeaveEndpoint(msgspec.Struct, tag="leave"):
 
 
 ToContainer = (
-    Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown | DialEndpoint | LeaveEndpoint | SessionToContainer
+    Deliver
+    | SubscribeTopic
+    | UnsubscribeTopic
+    | ServiceCall
+    | Shutdown
+    | DialEndpoint
+    | LeaveEndpoint
+    | SessionToContainer
 )

@@ -3,7 +3,7 @@
 import msgspec
 
 
-class Recorded(msgspec.Struct, tag="recorded"):
+class RecordedBatch(msgspec.Struct, tag="recorded"):
     """A batch of messages of a robot, as `ppaas.recording.batches` packs it."""
 
     user: str
@@ -18,7 +18,7 @@ class Left(msgspec.Struct, tag="left"):
     robot: str
 
 
-ToRecorder = Recorded | Left
+ToRecorder = RecordedBatch | Left
 
 
 class Told(msgspec.Struct, tag="told"):

@@ -44,7 +44,7 @@ Tell = Callable[[Told], None]
 Work = Callable[[RobotRecorder], None]
 
 
-class Recorder:
+class MachineRecorder:
     """Recorders of all robots of a machine.
 
     Parameters
@@ -131,7 +131,9 @@ class Recorder:
 async def run(folder: Path, reserve: Path | None, connection: socket.socket) -> None:
     """Execute frames of the agent until it closes the connection, then finish all files."""
     stream = FrameStream[ToRecorder](*await asyncio.open_connection(sock=connection), ToRecorder)
-    recorder = Recorder(RecordingsFolder(folder), None if reserve is None else DiskReserve(reserve), stream.write)
+    recorder = MachineRecorder(
+        RecordingsFolder(folder), None if reserve is None else DiskReserve(reserve), stream.write
+    )
     while True:
         with suppress(TimeoutError):
             async with asyncio.timeout(LOOK):

@@ -17,7 +17,7 @@ from engine.processes.occasional_log import OccasionalLog
 from engine.protocols.framing import FrameStream
 from engine.protocols.machine_link import RecorderTold
 from engine.recorder import main as recorder_main
-from engine.recorder.frames import Left, Recorded, Told
+from engine.recorder.frames import Left, RecordedBatch, Told
 from engine.specs.containers import ContainerSpec
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
@@ -106,7 +106,7 @@ class RecorderProcess:
             tell(RecorderTold(MISSING))
         elif self._keeper is None:
             self._keeper = asyncio.create_task(self._keep())
-        if not self._write(Recorded(*key, batch)):
+        if not self._write(RecordedBatch(*key, batch)):
             tell(RecorderTold(lost=1))
 
     def left(self, spec: ContainerSpec) -> None:

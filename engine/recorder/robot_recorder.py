@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from ppaas.errors import MalformedMessage, QuotaExceeded, UnknownType
-from ppaas.recording.batches import About, Batch, Entry
+from ppaas.recording.batches import About, Batch, BatchedMessage
 from ppaas.recording.parameters import selects
 from ppaas.recording.writer import Encoded, McapFile, encoded
 from storage.recordings import FINISHED, PARTIAL, RING, RecordingsFolder
@@ -166,7 +166,7 @@ class RobotRecorder:
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
-    def _write(self, entry: Entry, batch: Batch, now: float) -> None:
+    def _write(self, entry: BatchedMessage, batch: Batch, now: float) -> None:
         if not entry.payload:
             self._kept.pop((entry.topic, entry.up), None)
             return

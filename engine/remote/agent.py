@@ -133,7 +133,7 @@ class MachineOptions(msgspec.Struct, frozen=True):
     endpoints: EndpointProcesses | None = None
 
 
-class Places(NamedTuple):
+class SocketFolders(NamedTuple):
     """Folders of the sockets of the machine: of its agent, and of its endpoints if it has any."""
 
     run_dir: Path
@@ -160,7 +160,7 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
         stack.callback(remove_folder, folder)
         sockets = await _start_endpoints(membership, options, stack)
         keep_temporary_files_in(folder)  # until this process exits: the fork server listens there
-        await _stay(membership, options, Places(folder / "run", sockets))
+        await _stay(membership, options, SocketFolders(folder / "run", sockets))
 
 
 async def _start_endpoints(
@@ -178,7 +178,7 @@ async def _start_endpoints(
     return endpoints.run_dir
 
 
-async def _stay(membership: Membership, options: MachineOptions, places: Places) -> None:
+async def _stay(membership: Membership, options: MachineOptions, places: SocketFolders) -> None:
     terminated, tries, last_contact, masters = asyncio.Event(), 0, monotonic(), Masters(membership)
     while True:
         began = monotonic()
@@ -196,7 +196,7 @@ async def _stay(membership: Membership, options: MachineOptions, places: Places)
 
 
 async def _run_once(
-    membership: Membership, masters: Masters, options: MachineOptions, places: Places, terminated: asyncio.Event
+    membership: Membership, masters: Masters, options: MachineOptions, places: SocketFolders, terminated: asyncio.Event
 ) -> bool:
     config: AgentConfig | None = None
     try:
@@ -210,7 +210,7 @@ async def _run_once(
 
 
 def config_of(
-    membership: Membership, options: MachineOptions, settings: ClusterSettings, places: Places, masters: Masters
+    membership: Membership, options: MachineOptions, settings: ClusterSettings, places: SocketFolders, masters: Masters
 ) -> AgentConfig:
     """Return the configuration of the agent.
 
@@ -252,7 +252,7 @@ async def dial_again(membership: Membership, masters: Masters, options: MachineO
     Unavailable
         The cloud is unreachable.
     """
-    places = Places(Path(config.run_dir), None if config.endpoints is None else Path(config.endpoints))
+    places = SocketFolders(Path(config.run_dir), None if config.endpoints is None else Path(config.endpoints))
     now = config_of(membership, options, await masters.settings(), places, masters)
     if _without_addresses(now) != _without_addresses(config):
         raise Conflict("the cloud was restarted with other settings; the machine joins it again")

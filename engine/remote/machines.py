@@ -11,6 +11,8 @@ from pathlib import Path
 import msgspec
 
 from engine.fabric.zenoh_config import Peering, RouterCredentials
+from engine.links.control_server import ControlServer
+from engine.links.robot_link_server import LinkServer
 from engine.processes.private_files import write_private
 from engine.protocols.address import EVERYWHERE, TlsAddress, parse_address
 from engine.protocols.control_link import MastersChanged
@@ -21,8 +23,6 @@ from engine.remote.cluster_settings import ClusterSettings, ContainerSettings, E
 from engine.remote.joining import JoinServer, Ticket, Tickets
 from engine.remote.masters import KnownMasters
 from engine.remote.standbys import Standbys
-from engine.service.links.control_server import ControlServer
-from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, NotPermitted, PPaaSError, Unavailable
@@ -39,7 +39,7 @@ FromMachine = Callable[[asyncio.StreamReader, asyncio.StreamWriter, str], Awaita
 """Serves a connection of a machine; the last argument is the machine's name."""
 
 
-class TlsListener:
+class MutualTlsListener:
     """Accepts connections over mutual TLS.
 
     Parameters
@@ -203,7 +203,7 @@ class RemoteMachines:
             str(identity.key), str(identity.certificate), str(identity.authority), credentials,
             listen=(f"tls/{router.authority}",),
         )  # fmt: skip
-        self._listener: TlsListener | None = None
+        self._listener: MutualTlsListener | None = None
         self._control: ControlServer | None = None
 
     @property
@@ -220,7 +220,7 @@ class RemoteMachines:
             The address is in use, or does not belong to this host.
         """
         self._control, self._standbys.mandate = control, control.mandate
-        self._listener = TlsListener(
+        self._listener = MutualTlsListener(
             self._address,
             self._authority,
             control=control.connected,

@@ -19,7 +19,7 @@ from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.wire.actions import (
     CANCEL_GOAL,
     UNKNOWN_GOAL_ID,
-    Action,
+    ActionAdapter,
     actions,
     cancel_message,
     cancel_response,
@@ -193,7 +193,7 @@ class ClientGoals:
         except PPaaSError as error:
             self._forward(self._goals.give_up(goal, error))
 
-    def _find(self, name: str, kind: str) -> Action:
+    def _find(self, name: str, kind: str) -> ActionAdapter:
         topics = self._place.topic_types()
         try:
             return find_action(name, kind, topics)

@@ -9,9 +9,9 @@ import itertools
 from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from engine.links.frame_writer import FrameWriter
+from engine.links.frame_writer import FrameSink, FrameWriter
 from engine.protocols.session_frames import SessionFromContainer, SocketFrame
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
@@ -35,19 +35,6 @@ MAX_SENT_BYTES = 4 << 20
 
 MOST_CONNECTS = 16
 """Largest number of connections whose times are kept."""
-
-
-class Sink(Protocol):
-    """Connection that frames are sent through."""
-
-    @property
-    def ready(self) -> bool:
-        """Whether it accepts a frame now."""
-        ...
-
-    def send_frame(self, frame: bytes) -> None:
-        """Send a frame; only while ready."""
-        ...
 
 
 Sent = Callable[[], None]
@@ -93,7 +80,7 @@ class FrameOutbox:
         self._parts: deque[_QueuedMessage] = deque()
         self._whole: _QueuedMessage | None = None
         self._fragmented = itertools.count(1)
-        self._sink: Sink | None = None
+        self._sink: FrameSink | None = None
         self.count = 0
         self._sent: deque[tuple[int, _QueuedMessage]] = deque()
         self._sent_bytes = 0
@@ -164,7 +151,7 @@ class FrameOutbox:
 
     # -- sending --------------------------------------------------------------------------------------------------
 
-    def connect(self, sink: Sink | None) -> None:
+    def connect(self, sink: FrameSink | None) -> None:
         """Send through a connection from now on, starting with the waiting frames; with None, let all frames wait.
 
         A message of which only some fragments were sent is sent again, unless its client counts the frames.

@@ -219,7 +219,7 @@ def _asks_for_raw(frame: NumberedFrame) -> bool:
 # -- topics that a session sends by itself, and messages that it delays ------------------------------------------------
 
 
-class Heartbeat:
+class ClientHeartbeat:
     """Sends a client that subscribes to ``HEARTBEAT`` a message at once and then once a second.
 
     By it a client knows that its connection is alive, whatever others publish. Pages in browsers do not see the pings
@@ -375,7 +375,7 @@ class ClientSession:
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self._logged: set[tuple[str, str]] = set()
         self._delayed = DelayedMessages(wire, self._put, self.guard)
-        self._heartbeat = Heartbeat(self.published)
+        self._heartbeat = ClientHeartbeat(self.published)
         self._client = place.join(self)
         place.health.joined(self._client, role, self.outbox)
         self.unsettled = unsettled or UnsettledFrames()

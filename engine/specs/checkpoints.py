@@ -21,7 +21,7 @@ from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange
 
 
-class Origin(msgspec.Struct, frozen=True):
+class CheckpointOrigin(msgspec.Struct, frozen=True):
     """Origin of a checkpoint: cloud process, map version, robot and container."""
 
     instance: str
@@ -32,7 +32,7 @@ class Origin(msgspec.Struct, frozen=True):
 
 def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
     """Return the entries that each checkpoint of a container has beside the states of its nodes."""
-    origin = Origin(instance, spec.map, _without_urdf(spec.robot), spec.id)
+    origin = CheckpointOrigin(instance, spec.map, _without_urdf(spec.robot), spec.id)
     begun = {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
     return begun | ({LOG_STATE: spec.checkpoint[LOG_STATE]} if LOG_STATE in spec.checkpoint else {})
 
@@ -163,8 +163,8 @@ def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:
     return msgspec.structs.replace(spec, checkpoint=dict(nodes))
 
 
-def _origin_of(checkpoint: CloneCheckpoint) -> Origin | None:
+def _origin_of(checkpoint: CloneCheckpoint) -> CheckpointOrigin | None:
     try:
-        return from_json(checkpoint.nodes.get(ORIGIN_STATE, b"null"), Origin | None)
+        return from_json(checkpoint.nodes.get(ORIGIN_STATE, b"null"), CheckpointOrigin | None)
     except msgspec.DecodeError:
         return None  # written by another release of this program

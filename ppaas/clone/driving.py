@@ -7,7 +7,7 @@ from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import controller_of
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Context
-from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollower, PathFollowingNode
+from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollowingNode, RobotPathFollower
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.parameters import Parameters, check_numbers
 from ppaas.plugins import parameters_in_use
@@ -72,7 +72,7 @@ def in_traffic(
         raise InvalidParameter(f"a robot that follows paths itself has no parameters for {TRAFFIC!r}")
     # Imported only here, so that other containers do not load what only robots in traffic use.
     from ppaas.nodes.granted_move_base.node import GrantedMoveBaseNode, GrantFollower  # noqa: PLC0415
-    from ppaas.nodes.granted_move_base.traffic_link import RobotFacts, TrafficLink  # noqa: PLC0415
+    from ppaas.nodes.granted_move_base.traffic_link import RobotTrafficFacts, TrafficLink  # noqa: PLC0415
 
     parameters = given.read(DrivingInTraffic, TRAFFIC)
     speed, limits = body.limits.max_vel_x, body.limits
@@ -82,14 +82,14 @@ def in_traffic(
     def make(context: Context, **options: Any) -> MoveBaseNode:
         own = options.pop("controller")
         tolerance = float(parameters_in_use(own).get("xy_goal_tolerance", 0.0))
-        link = TrafficLink(context, RobotFacts(robot, body.robot_radius, speed, braking, tolerance))
+        link = TrafficLink(context, RobotTrafficFacts(robot, body.robot_radius, speed, braking, tolerance))
         follower = GrantFollower(link, own, along)
         return GrantedMoveBaseNode(context, link=link, controller=follower, **options)
 
     return make
 
 
-FOLLOW_PATH = PathFollower.name
+FOLLOW_PATH = RobotPathFollower.name
 """Name of the parameters; a robot that has them, even empty ones, follows paths itself."""
 
 
@@ -121,6 +121,6 @@ def move_base_kind(given: NodeParameters, usual: type[MoveBaseNode], *, maps: bo
 
     def make(context: Context, **options: Any) -> MoveBaseNode:
         """Make the node; the local planner of the options is not used."""
-        return PathFollowingNode(context, **options | {"controller": PathFollower(context, parameters)})
+        return PathFollowingNode(context, **options | {"controller": RobotPathFollower(context, parameters)})
 
     return make

@@ -3,7 +3,7 @@
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.people_coordinator.node import PeopleCoordinatorNode
-from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.coordinator import PeopleCoordinator
 from ppaas.people.settings import PeopleSettings
 
 
@@ -24,5 +24,5 @@ def build_coordinator(graph: Graph, layers: MapLayers, settings: PeopleSettings)
     NotFound
         The settings name a rule that is not installed.
     """
-    coordinator = Coordinator(layers.costmap, settings)
+    coordinator = PeopleCoordinator(layers.costmap, settings)
     graph.add(lambda context: PeopleCoordinatorNode(context, coordinator))

@@ -8,7 +8,7 @@ from ppaas.costmap.obstacle_layer import RAYTRACE_RANGE
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.frames import FrameNames
-from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
+from ppaas.nodes.move_base.people import RecentPeople, SocialLayerParameters
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.parameters import Parameters
 from ppaas.perception.tracking import MovingObjects
@@ -80,5 +80,5 @@ def surroundings_of(
     )
     return Surroundings(
         window, memory, body.robot_radius,
-        people=SeenPeople(social), moving=MovingObjects(layers), tolerance=tolerance, names=names,
+        people=RecentPeople(social), moving=MovingObjects(layers), tolerance=tolerance, names=names,
     )  # fmt: skip

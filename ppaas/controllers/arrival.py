@@ -30,7 +30,7 @@ class GoalTolerances(TurnLimits, Protocol):
     def allow_unknown(self) -> bool: ...  # noqa: D102
 
 
-class Arrival:
+class ArrivalDetector:
     """Detects that the robot has arrived at the end of a plan, and brings it to rest there.
 
     Once within ``xy_goal_tolerance`` the robot need not drive nearer, unless it leaves twice that tolerance or gets

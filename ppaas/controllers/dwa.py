@@ -254,7 +254,7 @@ class DynamicWindow(PathFollower):
 
     If the path leads in another direction, it turns in place. Otherwise it rolls out the velocities that can be
     reached within a cycle, and takes the best. At the goal it stops, then turns to the requested heading; see
-    `ppaas.controllers.arrival.Arrival`.
+    `ppaas.controllers.arrival.ArrivalDetector`.
 
     Parameters
     ----------

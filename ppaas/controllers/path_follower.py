@@ -1,6 +1,6 @@
 """Base class of local planners that drive along a plan and stop at its end."""
 
-from ppaas.controllers.arrival import Arrival
+from ppaas.controllers.arrival import ArrivalDetector
 from ppaas.controllers.base import Controller, Velocity
 from ppaas.controllers.drive_parameters import DriveParameters, body_of
 from ppaas.controllers.followed_path import FollowedPath
@@ -19,7 +19,7 @@ class PathFollower(Controller):
     def __init__(self, parameters: DriveParameters) -> None:
         self._path: FollowedPath | None = None
         self._body = body_of(parameters.footprint, parameters.robot_radius)
-        self._arrival = Arrival(parameters, self._body)
+        self._arrival = ArrivalDetector(parameters, self._body)
 
     def set_plan(self, poses: Poses) -> None:
         """Follow this plan from now on; a new plan to the same goal does not undo an arrival.

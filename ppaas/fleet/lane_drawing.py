@@ -19,7 +19,7 @@ STRAIGHT = JOINS / 2.0
 """Distance from a straight part within which corners of a lane are left out [m]."""
 
 
-class Line(NamedTuple):
+class DrawnLane(NamedTuple):
     """Lane as it was drawn.
 
     Parameters
@@ -58,17 +58,17 @@ class Network(NamedTuple):
         return {place: sorted(others) for place, others in sorted(found.items())}
 
 
-def lines_in(zones: Iterable[Zone]) -> list[Line]:
+def lines_in(zones: Iterable[Zone]) -> list[DrawnLane]:
     """Return the lanes among zones, in their order."""
     return [
-        Line(zone.name, np.array([position[:2] for position in line]), zone.rule.one_way)
+        DrawnLane(zone.name, np.array([position[:2] for position in line]), zone.rule.one_way)
         for zone in zones
         if isinstance(zone.rule, Lane)
         for line in lines_of(zone.geometry)
     ]
 
 
-def network_of(lines: Sequence[Line]) -> Network:
+def network_of(lines: Sequence[DrawnLane]) -> Network:
     """Return the network of some lanes.
 
     Lanes are connected where they cross, where an end or a corner of one is on another one, and where they lie on each

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lane_drawing import Line, lines_in, network_of
+from ppaas.fleet.lane_drawing import DrawnLane, lines_in, network_of
 from ppaas.fleet.lane_placing import Placed, placed_on
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import Cells, MetricRoadmap
@@ -162,7 +162,7 @@ class _Halves:
 
 
 def lane_roadmap(
-    lines: Sequence[Line], to_lethal: NDArray[np.float32], info: GridInfo, sizes: RobotSizes
+    lines: Sequence[DrawnLane], to_lethal: NDArray[np.float32], info: GridInfo, sizes: RobotSizes
 ) -> LaneRoadmap:
     """Return the roadmap of robots that drive along lanes only.
 
@@ -171,7 +171,7 @@ def lane_roadmap(
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines : sequence of DrawnLane
         At least one.
     to_lethal : (h, w) float32 array
         Distance from each map cell to the nearest lethal cell [m], 0 in unknown cells (`clearance_of`).

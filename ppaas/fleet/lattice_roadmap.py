@@ -27,7 +27,7 @@ TURNED_SAMPLES = 2
 """Number of samples for each edge of a map cell, along moves that do not run along the rows of the map."""
 
 
-class Lattice(NamedTuple):
+class PlaceLattice(NamedTuple):
     """Places at equal distances along x and y in the map frame, (columns,) and (rows,) float64 arrays [m]."""
 
     xs: NDArray[np.float64]
@@ -62,7 +62,7 @@ class Clear:
         """Whether rows of the map do not run along the x axis of the map frame."""
         return self._info.origin.theta != 0.0
 
-    def at(self, lattice: Lattice) -> NDArray[np.bool_]:
+    def at(self, lattice: PlaceLattice) -> NDArray[np.bool_]:
         """Return True for each place of a lattice where a robot may be, (rows, columns) bool."""
         info, (xs, ys) = self._info, lattice
         if self.is_turned:
@@ -74,15 +74,15 @@ class Clear:
         found: NDArray[np.bool_] = self._padded[_inside(rows, info.height), _inside(columns, info.width)]
         return found
 
-    def moves(self, lattice: Lattice, spacing: float) -> Moves:
+    def moves(self, lattice: PlaceLattice, spacing: float) -> Moves:
         """Return the free places of a lattice, and the moves on whose whole line a robot may be."""
         free, samples = self.at(lattice), self._samples(spacing)
         in_rows, in_columns = free[:, :-1] & free[:, 1:], free[:-1] & free[1:]
         for part in np.arange(1, samples) / samples * spacing:
             if not (in_rows.any() or in_columns.any()):
                 break
-            in_rows &= self.at(Lattice(lattice.xs[:-1] + part, lattice.ys))
-            in_columns &= self.at(Lattice(lattice.xs, lattice.ys[:-1] + part))
+            in_rows &= self.at(PlaceLattice(lattice.xs[:-1] + part, lattice.ys))
+            in_columns &= self.at(PlaceLattice(lattice.xs, lattice.ys[:-1] + part))
         return Moves(free, in_rows, in_columns)
 
     def _samples(self, spacing: float) -> int:
@@ -110,10 +110,10 @@ class Bounds(NamedTuple):
         corners = info.to_world([(row, column) for row in rows for column in columns])
         return cls(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
 
-    def lattice(self, spacing: float, x: float, y: float) -> Lattice:
+    def lattice(self, spacing: float, x: float, y: float) -> PlaceLattice:
         """Return the lattice whose squares cover the map, with offsets from 0 to 1 spacings along x and y."""
         xs = _places(self.least_x, self.most_x, spacing, x)
-        return Lattice(xs, _places(self.least_y, self.most_y, spacing, y))
+        return PlaceLattice(xs, _places(self.least_y, self.most_y, spacing, y))
 
     def places(self, spacing: float) -> int:
         """Return the largest number of places of a lattice."""
@@ -128,7 +128,7 @@ def _places(least: float, most: float, spacing: float, offset: float) -> NDArray
 
 def best_lattice(
     clear: Clear, bounds: Bounds, spacing: float, resolution: float, check: Callable[[], None]
-) -> tuple[Lattice, Moves]:
+) -> tuple[PlaceLattice, Moves]:
     """Return the lattice whose largest connected part has the most places, and its moves.
 
     All pairs of some offsets along x and y are tried, then many offsets along y beside the best one along x, then the

@@ -47,7 +47,7 @@ class FleetPlan:
 # -- times of a plan ---------------------------------------------------------------------------------------------------
 
 
-class Timing(NamedTuple):
+class PlanTiming(NamedTuple):
     """Times of a plan.
 
     Parameters
@@ -68,7 +68,7 @@ def timing_of(
     paces: NDArray[np.float64],
     turn: float = 0.0,
     places: NDArray[np.float64] | None = None,
-) -> Timing:
+) -> PlanTiming:
     """Return the time at which each robot reaches its cell of each step, when all keep the order of the plan.
 
     A robot starts to move into a cell when it has turned, and when the robot that was there before has reached its next
@@ -93,7 +93,7 @@ def timing_of(
     order = Order(plan.steps, centres, roadmap.areas, roadmap.room, paces, float(turn))
     times, passed = np.zeros(plan.steps.shape), _at_first(order)
     pass_all(order, passed, times)
-    return Timing(times, passed.turned)
+    return PlanTiming(times, passed.turned)
 
 
 def turns_of(roadmap: Roadmap, plan: FleetPlan) -> NDArray[np.int32]:

@@ -142,7 +142,7 @@ class GridMapMessage:
 
 
 @dataclass(frozen=True, slots=True)
-class MapChange:
+class GridUpdate:
     """New cells of a rectangle of the map, converted to a message only when they leave the process.
 
     Parameters

@@ -22,7 +22,7 @@ class FollowWaypointsError(IntEnum):
     STOP_ON_MISSED_WAYPOINT = 603
 
 
-class Progress(IntEnum):
+class WaypointProgress(IntEnum):
     """The ``waypoint_status`` of a waypoint, with the numbers of ``nav2_msgs/WaypointStatus``."""
 
     PENDING = 0

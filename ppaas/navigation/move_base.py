@@ -96,7 +96,7 @@ class SendVelocity:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopBase:
     """Stop the base."""
 
 
@@ -156,7 +156,7 @@ Order = (
     | FollowPlan
     | ComputeVelocity
     | SendVelocity
-    | Stop
+    | StopBase
     | Recover
     | PublishGoal
     | PublishStatus
@@ -209,7 +209,7 @@ CANCELLED = "The goal was cancelled."
 NO_PLAN = "Failed to find a valid plan."
 
 
-class State(Enum):
+class GoalPhase(Enum):
     """What Move Base does for the active goal."""
 
     PLANNING = "planning"
@@ -244,7 +244,7 @@ class MoveBase:
     def __init__(self, parameters: MoveBaseParameters, recoveries: Sequence[str] = ()) -> None:
         self.parameters = parameters
         self.goals: GoalList[Goal] = GoalList()
-        self.state = State.PLANNING
+        self.state = GoalPhase.PLANNING
         self._orders: list[Order] = []
         self._moving = False
         self._number = 0
@@ -278,7 +278,7 @@ class MoveBase:
                 self._on_goal_moved(event)
             case GoalUpdated() if self.goals.active is not None:
                 self._on_goal_updated(event)
-            case PlanBlocked() if self.goals.active is not None and self.state is State.CONTROLLING:
+            case PlanBlocked() if self.goals.active is not None and self.state is GoalPhase.CONTROLLING:
                 self._plan_again(event.now)
             case PlanDue():
                 self._next_plan, self._plan_due = event.now, True
@@ -299,13 +299,13 @@ class MoveBase:
                 self._on_plan_deferred(event)
             case PosesPassed():
                 self._on_passed(event)
-            case VelocityComputed() if self.state is State.CONTROLLING:
+            case VelocityComputed() if self.state is GoalPhase.CONTROLLING:
                 self._on_velocity(event)
-            case ControlFailed() if self.state is State.CONTROLLING:
+            case ControlFailed() if self.state is GoalPhase.CONTROLLING:
                 self._on_no_velocity(event)
-            case RecoveryStepped() if self.state is State.CLEARING:
+            case RecoveryStepped() if self.state is GoalPhase.CLEARING:
                 self._send(event.velocity)
-            case RecoveryEnded() if self.state is State.CLEARING:
+            case RecoveryEnded() if self.state is GoalPhase.CLEARING:
                 self._recovered(event)
 
     # -- goals ---------------------------------------------------------------------------------------------------------
@@ -344,7 +344,7 @@ class MoveBase:
         active = self.goals.active
         assert active is not None
         active.goal = replace(active.goal, pose=event.pose, through=event.through)
-        if self.state is State.CONTROLLING and self.parameters.planner_frequency == 0.0:
+        if self.state is GoalPhase.CONTROLLING and self.parameters.planner_frequency == 0.0:
             self._plan_again(event.now)
 
     def _on_goal_updated(self, event: GoalUpdated) -> None:
@@ -371,17 +371,17 @@ class MoveBase:
         self._orders.append(PublishFeedback(active.goal, event.pose, self._recoveries_begun))
         left = self._oscillation.has_left(event.now, event.pose)
         # A motion by a recovery behaviour does not mean that the robot has recovered.
-        if left and self._trigger in STUCK and self.state is not State.CLEARING:
+        if left and self._trigger in STUCK and self.state is not GoalPhase.CLEARING:
             self._recovery_index = 0
         match self.state:
-            case State.PLANNING:
+            case GoalPhase.PLANNING:
                 self._pause(self._deferred or "planning")
                 self._request_plan(event.now)
-            case State.CONTROLLING if event.no_progress is not None:
+            case GoalPhase.CONTROLLING if event.no_progress is not None:
                 self._stand(event.now, event.no_progress)
-            case State.CONTROLLING:
+            case GoalPhase.CONTROLLING:
                 self._control(event.now, event.pose)
-            case State.CLEARING:
+            case GoalPhase.CLEARING:
                 self._orders.append(Recover(self._recovery_index, event.pose, self._recovery_begins))
                 self._recovery_begins = False
 
@@ -453,12 +453,12 @@ class MoveBase:
 
     def _stop(self) -> None:
         self._moving = False
-        self._orders.append(Stop())
+        self._orders.append(StopBase())
 
     # -- plans ---------------------------------------------------------------------------------------------------------
 
     def _restart_planning(self, now: float) -> None:
-        self.state = State.PLANNING
+        self.state = GoalPhase.PLANNING
         self._last_valid_plan = now
         self._retries, self._deferred = 0, ""
         self._next_plan = now
@@ -486,7 +486,7 @@ class MoveBase:
         self._retries = 0
         if self._trigger is Trigger.PLANNING:
             self._recovery_index = 0
-        self.state = State.CONTROLLING
+        self.state = GoalPhase.CONTROLLING
         self._origin = event.origin
         self._origins[event.origin] += 1
         self._orders.append(FollowPlan(event.poses))
@@ -496,7 +496,7 @@ class MoveBase:
             return
         self._pending = None
         out_of_patience = event.now > self._last_valid_plan + self.parameters.planner_patience
-        if self.state is State.PLANNING:
+        if self.state is GoalPhase.PLANNING:
             if event.final:
                 self._end(event.now, Status.ABORTED, f"{NO_PLAN} {event.error}")
                 return
@@ -511,7 +511,7 @@ class MoveBase:
             return
         self._pending = None
         self._restart_patience(event.now)
-        self.state = State.PLANNING
+        self.state = GoalPhase.PLANNING
         self._deferred = f"waiting: {event.reason}"
 
     # -- recovery ------------------------------------------------------------------------------------------------------
@@ -523,7 +523,7 @@ class MoveBase:
             return
         self._cancel_plan()
         self._stop()
-        self.state = State.CLEARING
+        self.state = GoalPhase.CLEARING
         self._recovery_begins = True
         self._recoveries_begun += 1
         self._say(f"recovering by {self._recoveries[self._recovery_index]}{': ' if reason else ''}{reason}")

@@ -8,7 +8,7 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.navigation.action_goals import ActionGoal, G, GoalStates
 from ppaas.nodes.base import Context
-from ppaas.nodes.nav2_actions import ActionTopics
+from ppaas.nodes.nav2_actions import Nav2ActionTopics
 
 
 class ActionPublisher(Generic[G]):
@@ -18,10 +18,10 @@ class ActionPublisher(Generic[G]):
     ----------
     context : Context
         Context of the node that serves the action.
-    topics : ActionTopics
+    topics : Nav2ActionTopics
     """
 
-    def __init__(self, context: Context, topics: ActionTopics) -> None:
+    def __init__(self, context: Context, topics: Nav2ActionTopics) -> None:
         self._context = context
         self._topics = topics
 

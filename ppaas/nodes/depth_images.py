@@ -15,7 +15,7 @@ PATIENCE = 1.0
 _NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 
 
-class DepthCamera(msgspec.Struct, frozen=True):
+class DepthLens(msgspec.Struct, frozen=True):
     """Depth camera: its lens, with the focal length along columns [pixels]."""
 
     lens: PinholeCamera
@@ -58,9 +58,9 @@ def camera_of(info: CameraInfo) -> PinholeCamera:
     return PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5])
 
 
-def depth_camera_of(info: CameraInfo) -> DepthCamera:
+def depth_camera_of(info: CameraInfo) -> DepthLens:
     """Return the camera of a ``camera_info`` with its focal length along columns; raises as `camera_of`."""
-    return DepthCamera(camera_of(info), info.K[4])
+    return DepthLens(camera_of(info), info.K[4])
 
 
 def depths_of(image: Image) -> Depths:

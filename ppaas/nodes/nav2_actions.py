@@ -19,7 +19,7 @@ from ppaas.messages.nav2_motions import (
 from ppaas.nodes.base import Topic
 
 
-class ActionTopics(NamedTuple):
+class Nav2ActionTopics(NamedTuple):
     """Topics of an action."""
 
     goal: Topic
@@ -31,9 +31,9 @@ class ActionTopics(NamedTuple):
 
 def _topics(
     name: str, goal: type[Message], feedback: type[Message], result: type[Message], *, once: bool = True
-) -> ActionTopics:
+) -> Nav2ActionTopics:
     """Return the topics of an action; ``once`` is for results that no restored container may publish again."""
-    return ActionTopics(
+    return Nav2ActionTopics(
         Topic(f"{name}/goal", goal, many_publishers=True),
         Topic(f"{name}/cancel", GoalID, many_publishers=True),
         Topic(f"{name}/status", GoalStatusArray, stream=True),
@@ -69,7 +69,7 @@ SPIN = _topics("spin", SpinActionGoal, SpinActionFeedback, SpinActionResult)
 BACKUP = _topics("backup", BackUpActionGoal, BackUpActionFeedback, BackUpActionResult)
 WAIT = _topics("wait", WaitActionGoal, WaitActionFeedback, WaitActionResult)
 
-NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
+NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, Nav2ActionTopics))
 """The actions above."""
 
 EXPLORE = _topics(

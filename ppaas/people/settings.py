@@ -12,7 +12,7 @@ LONGEST_RETENTION = 24.0 * 366.0
 """Limit of the time for which counts are kept [h]."""
 
 
-class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class CountingZone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Area of a map in which people are counted.
 
     Parameters
@@ -39,7 +39,7 @@ class PeopleSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Largest number of people who are followed at once, each by one robot.
     names : dict of str to str
         Names that users gave to people, by their ids.
-    zones : list of Zone
+    zones : list of CountingZone
     history : bool
         Whether people are counted per hour and zone. Counts are numbers only, and off by default.
     retention_hours : float
@@ -55,7 +55,7 @@ class PeopleSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     targets: list[int] = []
     followed_at_once: int = 1
     names: dict[str, str] = {}
-    zones: list[Zone] = []
+    zones: list[CountingZone] = []
     history: bool = False
     retention_hours: float = 24.0 * 30.0
 
@@ -75,7 +75,7 @@ class PeopleSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise InvalidInput("zones must have different names")
 
 
-def _check(zone: Zone) -> None:
+def _check(zone: CountingZone) -> None:
     if not 0 < len(zone.name) <= 64:
         raise InvalidInput("the name of a zone must have from 1 to 64 characters")
     if not 3 <= len(zone.corners) <= MOST_CORNERS:

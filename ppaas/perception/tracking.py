@@ -110,7 +110,7 @@ class Track:
         return self.hits >= HITS and moved >= MOVED and SLOWEST <= speed <= FASTEST
 
 
-class Tracker:
+class ObjectTracker:
     """Tracker of all unmapped objects around a robot.
 
     Attributes
@@ -184,7 +184,7 @@ class MovingObjects:
 
     def __init__(self, layers: MapLayers) -> None:
         self._layers = layers
-        self._tracker = Tracker()
+        self._tracker = ObjectTracker()
         self.at = -math.inf
 
     def use_layers(self, layers: MapLayers) -> None:

@@ -7,7 +7,7 @@ import msgspec
 from ppaas.errors import MalformedMessage
 
 
-class Entry(msgspec.Struct, array_like=True, frozen=True, gc=False):
+class BatchedMessage(msgspec.Struct, array_like=True, frozen=True, gc=False):
     """A recorded message.
 
     Parameters
@@ -77,7 +77,7 @@ class Batch(msgspec.Struct, frozen=True):
         Id of the recording that the messages are for; empty for none.
     recording_topics : tuple of str
         Globs of its topics.
-    entries : list of Entry
+    entries : list of BatchedMessage
     """
 
     about: About
@@ -86,7 +86,7 @@ class Batch(msgspec.Struct, frozen=True):
     ring_topics: tuple[str, ...] = ()
     recording: str = ""
     recording_topics: tuple[str, ...] = ()
-    entries: list[Entry] = []
+    entries: list[BatchedMessage] = []
 
 
 _encoder = msgspec.msgpack.Encoder()

@@ -41,7 +41,7 @@ MOST_NOTES = 16 << 20
 _FRAME = struct.Struct("<BQ")
 
 
-class Channel(NamedTuple):
+class RecordedChannel(NamedTuple):
     """A topic of a file: its encoding, the name, encoding and text of its type, and its metadata."""
 
     topic: str
@@ -52,10 +52,10 @@ class Channel(NamedTuple):
     metadata: dict[str, str]
 
 
-class Message(NamedTuple):
+class RecordedMessage(NamedTuple):
     """A message of a file; times are in ns since the epoch."""
 
-    channel: Channel
+    channel: RecordedChannel
     sequence: int
     log_time: int
     publish_time: int
@@ -91,7 +91,7 @@ class McapReader:
         _, self._records = mcap_modules()
         self._stream = stream
         self._schemas: dict[int, Any] = {}
-        self._channels: dict[int, Channel] = {}
+        self._channels: dict[int, RecordedChannel] = {}
         self._noted = 0
         self.profile = self.library = ""
         self.metadata: dict[str, dict[str, str]] = {}
@@ -100,7 +100,7 @@ class McapReader:
         if stream.read(len(MAGIC)) != MAGIC:
             raise MalformedMessage("not an MCAP file: its first bytes are others")
 
-    def messages(self) -> Iterator[Message]:
+    def messages(self) -> Iterator[RecordedMessage]:
         """Yield the messages: within a chunk by time, and chunks in the order of the file.
 
         Raises
@@ -138,7 +138,7 @@ class McapReader:
                 return
             yield opcode, data
 
-    def _take(self, opcode: int, data: bytes) -> Message | None:
+    def _take(self, opcode: int, data: bytes) -> RecordedMessage | None:
         """Note what a record says; return it if it is a message."""
         if opcode == MESSAGE:
             return self._message(data)
@@ -178,17 +178,17 @@ class McapReader:
         if schema is None and channel.schema_id:
             raise MalformedMessage(f"channel {channel.topic[:64]!r} names schema {channel.schema_id}, which is missing")
         name, encoding, text = ("", "", b"") if schema is None else (schema.name, schema.encoding, schema.data)
-        self._channels[channel.id] = Channel(
+        self._channels[channel.id] = RecordedChannel(
             channel.topic, channel.message_encoding, name, encoding, text, channel.metadata
         )
 
-    def _message(self, data: bytes) -> Message:
+    def _message(self, data: bytes) -> RecordedMessage:
         if len(data) < _MESSAGE.size:
             raise MalformedMessage(f"a message of {len(data)} bytes has no header")
         number, sequence, log_time, publish_time = _MESSAGE.unpack_from(data)
         if number not in self._channels:
             raise MalformedMessage(f"a message names channel {number}, which is missing")
-        return Message(self._channels[number], sequence, log_time, publish_time, data[_MESSAGE.size :])
+        return RecordedMessage(self._channels[number], sequence, log_time, publish_time, data[_MESSAGE.size :])
 
     def _parsed(self, kind: str, data: bytes) -> Any:
         from mcap.data_stream import ReadDataStream  # noqa: PLC0415 - as in `mcap_modules`
@@ -201,7 +201,7 @@ class McapReader:
 
     # -- chunks --------------------------------------------------------------------------------------------------------
 
-    def _chunk(self, chunk: Any) -> list[Message]:
+    def _chunk(self, chunk: Any) -> list[RecordedMessage]:
         """Return the messages of a chunk by time; of equal times, in the order of the file."""
         data = _decompressed(chunk)
         if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
@@ -289,7 +289,7 @@ class McapDecoder:
     def __init__(self) -> None:
         self.skipped: Counter[str] = Counter()
 
-    def json(self, message: Message) -> bytes | None:
+    def json(self, message: RecordedMessage) -> bytes | None:
         """Return a message as JSON; None if its type is unknown or it is not one of its type, which is counted."""
         try:
             return decoded(message.channel, message.data)
@@ -297,14 +297,14 @@ class McapDecoder:
             self.skip(message, str(error))
             return None
 
-    def skip(self, message: Message, why: str) -> None:
+    def skip(self, message: RecordedMessage, why: str) -> None:
         """Count a message that cannot be used."""
         reason = f"{message.channel.topic[:64]}: {why[:200]}"
         if reason in self.skipped or len(self.skipped) < MOST_SKIPPED:
             self.skipped[reason] += 1
 
 
-def decoded(channel: Channel, data: bytes) -> bytes:
+def decoded(channel: RecordedChannel, data: bytes) -> bytes:
     """Return a message of a channel as JSON.
 
     Raises

@@ -10,7 +10,7 @@ from io import BytesIO
 from typing import IO, Final
 
 from ppaas.errors import MalformedMessage, MessageTooLarge
-from ppaas.recording.reader import Channel, Message, expand_lz4
+from ppaas.recording.reader import RecordedChannel, RecordedMessage, expand_lz4
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 OLD_MAGIC: Final = b"#ROSBAG V1."
@@ -50,7 +50,7 @@ class Ros1BagReader:
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream
-        self._channels: dict[int, Channel] = {}
+        self._channels: dict[int, RecordedChannel] = {}
         self._chunks = self._indexed = False
         self.cut = False
         magic = stream.read(len(MAGIC))
@@ -59,7 +59,7 @@ class Ros1BagReader:
         if magic != MAGIC:
             raise MalformedMessage("not a bag of ROS 1: its first bytes are others")
 
-    def messages(self) -> Iterator[Message]:
+    def messages(self) -> Iterator[RecordedMessage]:
         """Yield the messages in the order of the file.
 
         Raises
@@ -80,7 +80,7 @@ class Ros1BagReader:
                 yield from self._take(*inner)
         self.cut = self.cut or (self._chunks and not self._indexed)
 
-    def _take(self, kind: int, fields: _Fields, data: bytes) -> Iterator[Message]:
+    def _take(self, kind: int, fields: _Fields, data: bytes) -> Iterator[RecordedMessage]:
         """Note what a record says; yield it if it is a message."""
         if kind == _MESSAGE:
             number = _whole(fields, b"conn")
@@ -88,7 +88,7 @@ class Ros1BagReader:
                 raise MalformedMessage(f"a message names connection {number}, which is missing")
             seconds, rest = _TIME.unpack(_field(fields, b"time", _TIME.size))
             at = seconds * 10**9 + rest
-            yield Message(self._channels[number], 0, at, at, data)
+            yield RecordedMessage(self._channels[number], 0, at, at, data)
         elif kind == _CONNECTION:
             self._add_channel(fields, data)
         elif kind == _HEADER and fields.get(b"encryptor"):
@@ -101,7 +101,7 @@ class Ros1BagReader:
             _field(given, key).decode("utf-8", "replace") for given, key in ((fields, b"topic"), (described, b"type"))
         )
         text = described.get(b"message_definition", b"")
-        self._channels[_whole(fields, b"conn")] = Channel(topic, "ros1", name, "ros1msg", text, {})
+        self._channels[_whole(fields, b"conn")] = RecordedChannel(topic, "ros1", name, "ros1msg", text, {})
 
     def _records(self, stream: IO[bytes]) -> Iterator[tuple[int, _Fields, bytes]]:
         """Yield kinds, headers and contents of records until the stream ends; of a chunk, what there is."""

@@ -9,9 +9,9 @@ from typing import IO, Any, NamedTuple
 import msgspec
 
 from ppaas.errors import InvalidInput
-from ppaas.recording.batches import About, Entry
+from ppaas.recording.batches import About, BatchedMessage
 from ppaas.recording.mcap_library import mcap_modules
-from ppaas.recording.reader import Channel, McapReader, Message
+from ppaas.recording.reader import McapReader, RecordedChannel, RecordedMessage
 from ppaas.wire.names import ros2_type
 from ppaas.wire.ros.own_types import types_with
 
@@ -48,11 +48,11 @@ _VOLATILE, _TRANSIENT_LOCAL = 2, 1
 class Encoded(NamedTuple):
     """A recorded message as CDR."""
 
-    entry: Entry
+    entry: BatchedMessage
     data: bytes
 
 
-def encoded(entry: Entry) -> Encoded:
+def encoded(entry: BatchedMessage) -> Encoded:
     """Return a message as CDR.
 
     Raises
@@ -108,7 +108,7 @@ class McapFile:
             channel, entry.log_time if log_time is None else log_time, message.data, entry.publish_time, sequence
         )
 
-    def _channel(self, entry: Entry) -> int:
+    def _channel(self, entry: BatchedMessage) -> int:
         key = entry.topic, entry.type, entry.up
         if key not in self._channels:
             latched = {"depth": 1, "durability": _TRANSIENT_LOCAL}
@@ -149,7 +149,7 @@ def _texts(about: About) -> dict[str, str]:
 # -- copies: files that were cut off, segments of a ring, some topics --------------------------------------------------
 
 
-class Copied(NamedTuple):
+class CopiedMessages(NamedTuple):
     """Numbers of what was copied: messages, and files that were cut off or damaged at their end."""
 
     messages: int
@@ -176,7 +176,7 @@ class McapCopy:
         self._messages = self._incomplete = 0
         self._sources = 0
 
-    def copy(self, sources: Iterable[IO[bytes]]) -> Copied:
+    def copy(self, sources: Iterable[IO[bytes]]) -> CopiedMessages:
         """Copy files one after the other, and finish the new one.
 
         Metadata and attachments come from the first. Messages that the later ones repeat at their begin (sequence
@@ -187,7 +187,7 @@ class McapCopy:
         if not self._sources:
             self._writer.start(profile=PROFILE)
         self._writer.finish()
-        return Copied(self._messages, self._incomplete)
+        return CopiedMessages(self._messages, self._incomplete)
 
     def _copy(self, source: IO[bytes]) -> None:
         try:
@@ -213,13 +213,13 @@ class McapCopy:
         for name, data in reader.attachments.items():
             self._writer.add_attachment(0, 0, name, "application/json", data)
 
-    def _add(self, message: Message) -> None:
+    def _add(self, message: RecordedMessage) -> None:
         self._messages += 1
         self._writer.add_message(
             self._channel(message.channel), message.log_time, message.data, message.publish_time, message.sequence
         )
 
-    def _channel(self, channel: Channel) -> int:
+    def _channel(self, channel: RecordedChannel) -> int:
         key = (*channel[:-1], *sorted(channel.metadata.items()))
         if key not in self._channels:
             self._channels[key] = self._writer.register_channel(
@@ -227,7 +227,7 @@ class McapCopy:
             )
         return self._channels[key]
 
-    def _schema(self, channel: Channel) -> int:
+    def _schema(self, channel: RecordedChannel) -> int:
         if not channel.type:
             return 0
         key = channel.type, channel.schema_encoding, channel.definition

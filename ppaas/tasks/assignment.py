@@ -35,7 +35,7 @@ Distance = Callable[[Place, Place], float]
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class TaskRobot:
     """A robot that may do tasks.
 
     Parameters
@@ -70,7 +70,7 @@ def has_labels(task: Task, labels: Mapping[str, str]) -> bool:
     return all(labels.get(name) == value for name, value in task.labels.items())
 
 
-def costs_of(robots: Sequence[Candidate], tasks: Sequence[Task], distance: Distance, now: float) -> Array:
+def costs_of(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float) -> Array:
     """Return the cost of each robot for each task [s]; infinite where it may not do it, or cannot reach it.
 
     A task that has a robot is not handed over to one that is still busy.
@@ -96,7 +96,7 @@ def cheapest(costs: Array) -> list[tuple[int, int]]:
     return [(int(row), int(column)) for row, column in pairs if possible[row, column]]
 
 
-def assign(robots: Sequence[Candidate], tasks: Sequence[Task], distance: Distance, now: float) -> dict[str, str]:
+def assign(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float) -> dict[str, str]:
     """Return which robot does which task, by task.
 
     Tasks of other robots that have not begun are handed over only if that saves ``MARGIN`` for each of them, so that
@@ -104,7 +104,7 @@ def assign(robots: Sequence[Candidate], tasks: Sequence[Task], distance: Distanc
 
     Parameters
     ----------
-    robots : sequence of Candidate
+    robots : sequence of TaskRobot
         Robots that may begin a task now or later.
     tasks : sequence of Task
         Tasks that no robot has begun; ``robot`` is the one that drives to it.

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from msgspec.structs import replace
 
-from ppaas.tasks.assignment import SPEED, Candidate, Distance, assign, straight
+from ppaas.tasks.assignment import SPEED, Distance, TaskRobot, assign, straight
 from ppaas.tasks.records import GOALS, Place, Task
 
 # -- robots as a dispatcher sees them, and its orders ------------------------------------------------------------------
@@ -45,7 +45,7 @@ class RobotNow:
 
 
 @dataclass(frozen=True, slots=True)
-class Store:
+class StoreTask:
     """Store a task, in place of the record with the same id; before the orders that follow."""
 
     task: Task
@@ -68,7 +68,7 @@ class Cancel:
     goal_id: str
 
 
-Order = Store | Send | Cancel
+Order = StoreTask | Send | Cancel
 
 
 # -- dispatcher --------------------------------------------------------------------------------------------------------
@@ -207,7 +207,7 @@ class Dispatcher:
 
     # -- what there is to decide ---------------------------------------------------------------------------------------
 
-    def candidates(self, now: float) -> list[Candidate]:
+    def candidates(self, now: float) -> list[TaskRobot]:
         """Return the robots that may begin a task now, or after the one that they keep."""
         found = []
         for name, robot in sorted(self._robots.items()):
@@ -215,9 +215,9 @@ class Dispatcher:
                 continue
             task = self._task(name)
             if task is None or task.state == "assigned":
-                found.append(Candidate(name, robot.place, 0.0, robot.labels))
+                found.append(TaskRobot(name, robot.place, 0.0, robot.labels))
             else:
-                found.append(Candidate(name, task.places[-1], _remaining(task, robot.place), robot.labels))
+                found.append(TaskRobot(name, task.places[-1], _remaining(task, robot.place), robot.labels))
         return found
 
     def undecided(self, now: float) -> list[Task]:
@@ -288,11 +288,11 @@ class Dispatcher:
         if task.robot:
             del self._task_of[task.robot]
         changes: dict[str, Any] = {"state": state, "reason": reason, "ended": now}
-        return [Store(replace(task, **changes))]
+        return [StoreTask(replace(task, **changes))]
 
     def _store(self, task: Task) -> list[Order]:
         self._tasks[task.id] = task
-        return [Store(task)]
+        return [StoreTask(task)]
 
     def _send(self, task: Task) -> Order:
         return Send(task.robot, task.goal_id, task.target)

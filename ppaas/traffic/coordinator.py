@@ -153,7 +153,7 @@ NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
 
-class Coordinator:
+class TrafficCoordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
 
     A robot that is granted a cell keeps it until it has left it or gives it back. Cells are granted in the order of a
@@ -508,14 +508,14 @@ class TrafficCheckpoint(msgspec.Struct):
     out: list[str] = []
 
 
-def checkpoint_of(coordinator: Coordinator) -> bytes:
+def checkpoint_of(coordinator: TrafficCoordinator) -> bytes:
     """Return the checkpoint of a coordinator."""
     occupancy = coordinator.occupancy
     out = [name for name, member in occupancy.members.items() if member.standing == "out"]
     return msgspec.msgpack.encode(TrafficCheckpoint(coordinator.epoch, occupancy.known(), occupancy.goals, out))
 
 
-def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
+def restore(coordinator: TrafficCoordinator, state: bytes, now: float) -> None:
     """Start a coordinator from a checkpoint: it waits for the robots in it, and treats what they held as held.
 
     Those that were taken out stay out.
@@ -541,12 +541,12 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
 # -- state of the traffic, for those who look at it --------------------------------------------------------------------
 
 
-def state_of(coordinator: Coordinator, stamp: float, now: float, seconds: float) -> TrafficState:
+def state_of(coordinator: TrafficCoordinator, stamp: float, now: float, seconds: float) -> TrafficState:
     """Return the traffic as it is.
 
     Parameters
     ----------
-    coordinator : Coordinator
+    coordinator : TrafficCoordinator
     stamp : float
         Time since 1970, for the header [s].
     now : float
@@ -559,7 +559,7 @@ def state_of(coordinator: Coordinator, stamp: float, now: float, seconds: float)
     return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.occupancy.goals, seconds)
 
 
-def _robot(coordinator: Coordinator, member: Member, now: float) -> TrafficRobot:
+def _robot(coordinator: TrafficCoordinator, member: Member, now: float) -> TrafficRobot:
     report = member.report
     way = [MapPoint(*coordinator.occupancy.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain]]
     waited = now - member.waits_since if member.waits_for else 0.0

@@ -72,7 +72,7 @@ class SentGoal:
     at: float
 
 
-class Action(ABC):
+class ActionAdapter(ABC):
     """Adapter between one client's view of an action and the action's topics.
 
     Parameters
@@ -116,7 +116,7 @@ class Action(ABC):
         """Return the ``values`` of an ``action_result``."""
 
 
-class PlainAction(Action):
+class PlainAction(ActionAdapter):
     """Action under its own name and with its own fields."""
 
     def __init__(self, topics: str, kind: type[Message] | None, *, ros2: bool) -> None:
@@ -136,7 +136,7 @@ class PlainAction(Action):
         return result
 
 
-class NavigateToPose(Action):
+class NavigateToPose(ActionAdapter):
     """Nav2's action, executed by Move Base, for one goal.
 
     What is not in Move Base's feedback comes from its topic ``navigate_to_pose/feedback``: the distance along the path,
@@ -201,7 +201,7 @@ class _MoveBaseGoal(Message):
     target_pose: PoseStamped
 
 
-def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Action:
+def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> ActionAdapter:
     """Return the adapter for an action that a client named.
 
     Parameters

@@ -16,7 +16,7 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.base.spelling import to_ros2
 from ppaas.messages.codec import decode
 from ppaas.navigation.goal_watch import GoalWatch, status_of
-from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
+from ppaas.wire.actions import UNKNOWN, ActionAdapter, SentGoal, ros2_status
 from ppaas.wire.operations import CancelActionGoal, Id, SendActionGoal
 
 _encoder = msgspec.json.Encoder()
@@ -105,7 +105,7 @@ class _ActionGoal(msgspec.Struct):
 class _Goal:
     id: str
     operation: SendActionGoal
-    action: Action
+    action: ActionAdapter
     sent: SentGoal
     watch: GoalWatch
     sequence: int = 0
@@ -150,13 +150,13 @@ class GoalTracker:
 
     # -- requests of the client ----------------------------------------------------------------------------------------
 
-    def send(self, operation: SendActionGoal, action: Action, now: float, name: str = "") -> tuple[str, bytes]:
+    def send(self, operation: SendActionGoal, action: ActionAdapter, now: float, name: str = "") -> tuple[str, bytes]:
         """Start a goal; return its id and the message for the topic ``goal`` of the action.
 
         Parameters
         ----------
         operation : SendActionGoal
-        action : Action
+        action : ActionAdapter
         now : float
             Monotonic time [s].
         name : str
@@ -266,7 +266,7 @@ class GoalTracker:
         return GoalFrame(result_frame(operation.action, operation.id, number, values), final=True, goal=goal.id)
 
 
-def _with_client_times(action: Action, values: bytes) -> bytes:
+def _with_client_times(action: ActionAdapter, values: bytes) -> bytes:
     return to_ros2(values) if action.ros2 else values
 
 

@@ -173,7 +173,7 @@ class Subscription:
 
 
 @dataclass(slots=True, eq=False)
-class Channel:
+class TopicChannel:
     """Messages of a topic for the client, under one spelling of the topic."""
 
     spelling: str
@@ -222,13 +222,13 @@ class TopicSubscriptions:
 
     def __init__(self) -> None:
         self._by_id: dict[Id, Subscription] = {}
-        self._channels: dict[str, Channel] = {}
+        self._channels: dict[str, TopicChannel] = {}
 
     def __len__(self) -> int:
         """Return the number of subscriptions."""
         return len(self._by_id)
 
-    def __iter__(self) -> Iterator[Channel]:
+    def __iter__(self) -> Iterator[TopicChannel]:
         """Iterate over the channels."""
         return iter(self._channels.values())
 
@@ -250,7 +250,7 @@ class TopicSubscriptions:
         by_spelling: dict[str, list[Subscription]] = {}
         for subscription in self._by_id.values():
             by_spelling.setdefault(subscription.spelling, []).append(subscription)
-        self._channels = {spelling: self._channels.get(spelling, Channel(spelling)) for spelling in by_spelling}
+        self._channels = {spelling: self._channels.get(spelling, TopicChannel(spelling)) for spelling in by_spelling}
         for spelling, subscriptions in by_spelling.items():
             self._channels[spelling].settle(subscriptions)
 
@@ -321,7 +321,7 @@ class RosbridgeSession:
         self.spelling_of: Callable[[str, str | None], Respell | None] = lambda _topic, kind: ros2_spelling(kind)
         self._fragments = FragmentAssembler()
         self._subscriptions: dict[str, TopicSubscriptions] = {}
-        self._late: dict[Channel, str] = {}
+        self._late: dict[TopicChannel, str] = {}
 
     # -- from the client ---------------------------------------------------------------------------------------------
 

@@ -44,7 +44,7 @@ _SLIVERS = "parts and holes that enclose less than 1 cm² were left out"
 _DEGREES = "are its positions longitudes and latitudes? They must be x, y in metres in the frame of the map"
 
 
-class Fault(NamedTuple):
+class GeometryFault(NamedTuple):
     """What is wrong with a geometry, and where [m]."""
 
     text: str
@@ -65,7 +65,7 @@ def mended(name: str, geometry: Geometry, faults: Faults, notes: Notes) -> Geome
     notes : Notes
         Takes what was mended.
     """
-    found: Sequence[Fault]
+    found: Sequence[GeometryFault]
     if lines := lines_of(geometry):
         found, result = _faults_of_lines(lines), geometry
     else:
@@ -112,7 +112,7 @@ def _is_sliver(ring: Ring) -> bool:
     return bool(shapely.convex_hull(shapely.LineString(ring)).area < SMALLEST_AREA)
 
 
-def _fault_of_polygon(rings: list[Ring]) -> Fault | None:
+def _fault_of_polygon(rings: list[Ring]) -> GeometryFault | None:
     """Return the first fault of an outline and its holes, all closed; None if they are valid."""
     import shapely  # noqa: PLC0415 - only clouds and bridges have it
 
@@ -128,10 +128,10 @@ def _fault_of_polygon(rings: list[Ring]) -> Fault | None:
         "Holes are nested": "a hole lies in another one at {}: leave it out",
         "Interior is disconnected": "holes divide its area at {}: draw a MultiPolygon",
     }.get(reason["what"], "a hole crosses the outline or another hole at {}: draw one outline without it")
-    return Fault(what.format(place_text(place)), place)
+    return GeometryFault(what.format(place_text(place)), place)
 
 
-def _fault_of_ring(ring: Ring, what: str) -> Fault | None:
+def _fault_of_ring(ring: Ring, what: str) -> GeometryFault | None:
     import shapely  # noqa: PLC0415 - only clouds and bridges have it
 
     polygon = shapely.Polygon(ring)
@@ -147,12 +147,12 @@ def _fault_of_ring(ring: Ring, what: str) -> Fault | None:
         if touches
         else f"crosses itself at {place_text(place)}: put its corners in their order around the area"
     )
-    return Fault(f"{what} {how}", place)
+    return GeometryFault(f"{what} {how}", place)
 
 
-def _too_small(place: Position, what: str) -> Fault:
+def _too_small(place: Position, what: str) -> GeometryFault:
     at = place[0], place[1]
-    return Fault(f"{what} at {place_text(at)}; {_DEGREES}", at)
+    return GeometryFault(f"{what} at {place_text(at)}; {_DEGREES}", at)
 
 
 def _joined(name: str, polygons: list[list[Ring]], notes: Notes) -> Geometry:
@@ -179,14 +179,14 @@ def _oriented(part: "shapely.Polygon") -> list[Ring]:
     return [ring[::-1] if _is_clockwise(ring) == (number == 0) else ring for number, ring in enumerate(found)]
 
 
-def _faults_of_lines(lines: list[Ring]) -> list[Fault]:
+def _faults_of_lines(lines: list[Ring]) -> list[GeometryFault]:
     if sum(math.dist(one, other) for line in lines for one, other in pairwise(line)) < SHORTEST:
         at = lines[0][0][0], lines[0][0][1]
-        return [Fault(f"its line is shorter than {SHORTEST:g} m at {place_text(at)}; {_DEGREES}", at)]
+        return [GeometryFault(f"its line is shorter than {SHORTEST:g} m at {place_text(at)}; {_DEGREES}", at)]
     return [fault for line in lines if (fault := _doubling(line)) is not None]
 
 
-def _doubling(line: Ring) -> Fault | None:
+def _doubling(line: Ring) -> GeometryFault | None:
     """Return the place where a line first leads back on itself; None if it does not."""
     import shapely  # noqa: PLC0415 - only clouds and bridges have it
 
@@ -207,4 +207,4 @@ def _doubling(line: Ring) -> Fault | None:
     text = (
         f"its line leads back on itself at {place_text(place)}: draw it once; a lane without one_way is for both ways"
     )
-    return Fault(text, place)
+    return GeometryFault(text, place)

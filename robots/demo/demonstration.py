@@ -65,7 +65,7 @@ RULES = GoalRules(shortest=0.2, preferred=0.25)
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class DemoStage:
     """Map, world and missions of a demo."""
 
     map_id: str
@@ -74,7 +74,7 @@ class Stage:
     missions: list[Mission]
 
 
-def set_stage(options: DemoOptions) -> Stage:
+def set_stage(options: DemoOptions) -> DemoStage:
     """Take or generate the map, choose the courses, and place the robots at their starts.
 
     Raises
@@ -90,7 +90,7 @@ def set_stage(options: DemoOptions) -> Stage:
     for index, course in enumerate(courses):
         world.add_robot(course.start, SimulatedRobotModel())
         missions.append(Mission(world, index, f"turtlebot-{index + 1}", course, write))
-    return Stage(map_id, grid, world, missions)
+    return DemoStage(map_id, grid, world, missions)
 
 
 async def demonstrate(options: DemoOptions, cloud: CloudAccess) -> DemoReport:
@@ -112,7 +112,7 @@ async def demonstrate(options: DemoOptions, cloud: CloudAccess) -> DemoReport:
     return DemoReport(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
 
 
-async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None:
+async def register(rest: RestClient, stage: DemoStage, options: DemoOptions) -> None:
     """Publish the map and register the robots."""
     yaml, image = save_map(stage.grid, "map.pgm")
     await rest.upload_map(stage.map_id, yaml, image)
@@ -130,7 +130,7 @@ async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None
 
 
 @contextlib.asynccontextmanager
-async def _simulated(stage: Stage, options: DemoOptions) -> AsyncIterator[None]:
+async def _simulated(stage: DemoStage, options: DemoOptions) -> AsyncIterator[None]:
     tasks = [asyncio.create_task(Simulator(stage.world).run())]
     if options.console is not None:
         tasks.append(asyncio.create_task(show(stage.missions, options.console)))
@@ -142,7 +142,7 @@ async def _simulated(stage: Stage, options: DemoOptions) -> AsyncIterator[None]:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _run_missions(stage: Stage, url: str, token: str, keep_going: bool) -> None:
+async def _run_missions(stage: DemoStage, url: str, token: str, keep_going: bool) -> None:
     async with asyncio.TaskGroup() as group:
         tasks = [group.create_task(m.run(url, token, keep_going=keep_going)) for m in stage.missions]
         if keep_going:

@@ -23,7 +23,7 @@ from robots.client.robot_file import RobotFile
 from robots.demo.demonstration import on_interrupt
 from robots.demo.exploration import background
 from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
-from robots.demo.people_patrol import Patrol
+from robots.demo.people_patrol import DemoPatrol
 from robots.demo.people_score import PeopleDemoReport, PeopleScore
 from robots.demo.people_truth import TruthRecorder
 from robots.demo.people_world import PeopleWorld, build_world
@@ -157,7 +157,7 @@ async def _connect(
     if number == 0:
         # All robots of the group hear the same states.
         await operator.subscribe(PEOPLE_STATE.name, PeopleState, stage.hear, queue_size=10)
-    patrol = Patrol(robot, operator, stage.scene.ways, lambda: stage.state)
+    patrol = DemoPatrol(robot, operator, stage.scene.ways, lambda: stage.state)
     await stack.enter_async_context(background(patrol.run()))
 
 

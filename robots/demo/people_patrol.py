@@ -24,7 +24,7 @@ def is_wanted(robot: str, state: PeopleState) -> bool:
     return seen or any(order.robot == robot for order in state.orders)
 
 
-class Patrol:
+class DemoPatrol:
     """Sends a robot to random places until it sees a person, and again after that.
 
     A robot that has a goal of a user is not free to follow anybody, so the goal is cancelled then.

@@ -134,7 +134,7 @@ class PeopleFigures(msgspec.Struct, frozen=True):
 
 
 @dataclass(slots=True)
-class Frame:
+class ScoredFrame:
     """People and identities of one time.
 
     Parameters
@@ -179,7 +179,7 @@ class PeopleScore:
         self._ghosts: list[int] = []
         self._switches = 0
 
-    def take(self, truth: Truth, state: PeopleState) -> Frame:
+    def take(self, truth: Truth, state: PeopleState) -> ScoredFrame:
         """Add a state of the coordinator and the truth at that time; return what they have in common."""
         self._first = truth.time if self._first is None else self._first
         self._time = truth.time
@@ -198,7 +198,7 @@ class PeopleScore:
             seen=_mean(self._seen), seconds=round(self._time - (self._first or 0.0), 3), ghosts=_mean(self._ghosts),
         )  # fmt: skip
 
-    def _frame(self, truth: Truth, state: PeopleState) -> Frame:
+    def _frame(self, truth: Truth, state: PeopleState) -> ScoredFrame:
         now, shares = truth.time, np.where(np.isfinite(truth.people).all(axis=1), truth.shares, 0.0)
         self._half_since = np.where(shares >= HALF, np.minimum(self._half_since, now), np.inf)
         self._identity[(shares >= GLIMPSE) & (now - self._glimpsed > ABSENCE)] = 0
@@ -207,11 +207,11 @@ class PeopleScore:
         at_edge = ~in_view & (now - self._glimpsed <= LAG)
         seen = [person for person in state.people if person.state == SEEN]
         positions = np.array([(person.position.x, person.position.y) for person in seen]).reshape(-1, 2)
-        frame = Frame(in_view, at_edge, [person.id for person in seen], positions)
+        frame = ScoredFrame(in_view, at_edge, [person.id for person in seen], positions)
         self._match(frame, truth.people)
         return frame
 
-    def _match(self, frame: Frame, people: Floats) -> None:
+    def _match(self, frame: ScoredFrame, people: Floats) -> None:
         """Assign identities to people by the least total distance; each favours the person for whom it stood last.
 
         An identity that is nobody costs as much as the farthest one: a false one beside a person leaves them their own.
@@ -226,21 +226,21 @@ class PeopleScore:
             if far[row, column] <= GATE:
                 frame.person_of[frame.identities[row]] = int(candidates[column])
 
-    def _count(self, frame: Frame, count: int) -> None:
+    def _count(self, frame: ScoredFrame, count: int) -> None:
         least = int(frame.in_view.sum())
         most = least + int(frame.at_edge.sum())
         self._errors.append(max(least - count, count - most, 0))
         self._seen.append(least)
         self._ghosts.append(len(frame.identities) - len(frame.person_of))
 
-    def _identify(self, frame: Frame) -> None:
+    def _identify(self, frame: ScoredFrame) -> None:
         for identity, person in frame.person_of.items():
             if frame.in_view[person]:
                 before, self._identity[person] = int(self._identity[person]), identity
                 self._switches += before not in (0, identity)
         self._last_of.update(frame.person_of)
 
-    def _follow(self, frame: Frame, truth: Truth, state: PeopleState) -> None:
+    def _follow(self, frame: ScoredFrame, truth: Truth, state: PeopleState) -> None:
         robots = np.array(list(truth.robots.values())).reshape(-1, 2)
         for order in state.orders:
             self._handovers.take(truth.time, order.person, order.robot)

@@ -47,7 +47,7 @@ BEYOND, PERHAPS = 1.5, 0.4
 """Multiple of the range up to which people may be seen, and the largest share of those torsos: below half."""
 
 
-class Surroundings(NamedTuple):
+class Occluders(NamedTuple):
     """Objects that hide people.
 
     Parameters
@@ -66,7 +66,7 @@ class Surroundings(NamedTuple):
 
 
 def visible_shares(
-    surroundings: Surroundings, robot: Pose2D, views: Sequence[SensorView], people: Floats, radius: float = TORSO
+    surroundings: Occluders, robot: Pose2D, views: Sequence[SensorView], people: Floats, radius: float = TORSO
 ) -> Floats:
     """Return the share of each torso that a robot has in view, the largest of its sensors.
 
@@ -77,7 +77,7 @@ def visible_shares(
 
     Parameters
     ----------
-    surroundings : Surroundings
+    surroundings : Occluders
     robot : Pose2D
         True pose of the robot.
     views : sequence of SensorView
@@ -108,7 +108,7 @@ def visible_shares(
     return shares
 
 
-def _share(before: Surroundings, sensor: Pose2D, view: SensorView, person: Floats, radius: float) -> float:
+def _share(before: Occluders, sensor: Pose2D, view: SensorView, person: Floats, radius: float) -> float:
     """Return the share of one torso that a sensor at a pose has in view."""
     right, up = (person - sensor[:2]).tolist()
     distance = math.hypot(right, up)
@@ -156,7 +156,7 @@ class PeopleWorld(NamedTuple):
     world : World
     keepout : GridMap
         Keep-out mask of the furniture.
-    surroundings : Surroundings
+    surroundings : Occluders
         Objects that hide people.
     ways : ShortestPaths
         Places for robots.
@@ -164,7 +164,7 @@ class PeopleWorld(NamedTuple):
 
     world: World
     keepout: GridMap
-    surroundings: Surroundings
+    surroundings: Occluders
     ways: ShortestPaths
 
 
@@ -237,10 +237,10 @@ def _connected_area(grid: GridMap, furniture: list[Furniture]) -> int:
     return int(np.count_nonzero(drivable(furnished(grid, furniture), GoalRules().clearance, np.random.default_rng(0))))
 
 
-def _surroundings(world: World) -> Surroundings:
+def _surroundings(world: World) -> Occluders:
     hiding = [(piece.pose[:2], HIDING[piece.kind]) for piece in world.furniture if piece.kind in HIDING]
     discs = tuple((np.array([place]), radius) for place, radius in hiding)
-    return Surroundings(world.occupied, world.grid.info, discs)
+    return Occluders(world.occupied, world.grid.info, discs)
 
 
 # -- people ------------------------------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ class NodeLease:
     synchronized: bool = False
 
 
-def log_change(state: protocol.NodeState | protocol.Removed) -> LogChange:
+def log_change(state: protocol.NodeReport | protocol.Removed) -> LogChange:
     """Return the change of the log in a state of a node."""
     return LogChange([LogEntry(*row) for row in state.log], list(state.obsolete))
 
@@ -76,7 +76,7 @@ class NodeLeases:
         """Report why a node cannot run here, before it was leased."""
         await self._monitor.give_node(node, 0, failure=failure)
 
-    def collect(self, states: Mapping[str, protocol.NodeState]) -> dict[str, protocol.NodeState]:
+    def collect(self, states: Mapping[str, protocol.NodeReport]) -> dict[str, protocol.NodeReport]:
         """Note the changes of the logs in states, and return the states without them.
 
         The executor reports a change once, so the changes of all nodes are noted before a renewal may fail.
@@ -88,7 +88,7 @@ class NodeLeases:
         return {node: msgspec.structs.replace(state, log=[], obsolete=[]) for node, state in states.items()}
 
     async def renew(
-        self, node: str, state: protocol.NodeState | None, heard: list[str]
+        self, node: str, state: protocol.NodeReport | None, heard: list[str]
     ) -> Sequence[TopicMessage] | None:
         """Renew the lease of a node.
 
@@ -96,7 +96,7 @@ class NodeLeases:
         ----------
         node : str
             Name of the node.
-        state : NodeState, optional
+        state : NodeReport, optional
             Its state; None repeats the last one.
         heard : list of str
             Fingerprints of the guaranteed messages that it had received by then.
@@ -107,7 +107,7 @@ class NodeLeases:
             Messages that arrived for the node in the cloud; None if the node monitor no longer knows the lease.
         """
         lease = self._held[node]
-        current = state or protocol.NodeState(lease.snapshot.state)
+        current = state or protocol.NodeReport(lease.snapshot.state)
         change = lease.snapshot.log.then(log_change(current))
         lease.snapshot = NodeSnapshot(current.state, heard, change)
         current = msgspec.structs.replace(

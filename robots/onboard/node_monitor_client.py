@@ -151,7 +151,7 @@ class NodeMonitorClient:
         return answer
 
     async def hold_node(
-        self, node: str, lease: int, state: protocol.NodeState, heard: list[str]
+        self, node: str, lease: int, state: protocol.NodeReport, heard: list[str]
     ) -> ppaas_msgs.HoldNodeResponse:
         """Renew the lease of a node with its state and received messages; also measures the round-trip time."""
         log = [ppaas_msgs.LogPart(*row) for row in state.log]

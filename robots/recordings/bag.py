@@ -13,7 +13,7 @@ from typing import IO, Final
 
 from ppaas.errors import InvalidInput, MalformedMessage
 from ppaas.recording.reader import MAGIC as MCAP_MAGIC
-from ppaas.recording.reader import Channel, McapReader, Message, expand_zstd
+from ppaas.recording.reader import McapReader, RecordedChannel, RecordedMessage, expand_zstd
 from ppaas.recording.ros1_bags import MAGIC as ROS1_MAGIC
 from ppaas.recording.ros1_bags import OLD_MAGIC, Ros1BagReader
 from ppaas.wire.ros.types import MAX_MESSAGE
@@ -54,7 +54,7 @@ class SqliteReader:
         self._path = path
         self.cut = False
 
-    def messages(self) -> Iterator[Message]:
+    def messages(self) -> Iterator[RecordedMessage]:
         """Yield the messages in the order of recording.
 
         Raises
@@ -77,7 +77,7 @@ class SqliteReader:
                 shutil.copyfile(log, copied.with_name(log.name))
             yield from self._read(copied.as_uri())
 
-    def _read(self, uri: str) -> Iterator[Message]:
+    def _read(self, uri: str) -> Iterator[RecordedMessage]:
         with closing(sqlite3.connect(uri, uri=True)) as database:
             database.text_factory = lambda text: text.decode("utf-8", "replace")
             try:
@@ -88,7 +88,7 @@ class SqliteReader:
             while row := self._next(rows):
                 topic, at, data = row
                 if topic in channels and isinstance(at, int) and isinstance(data, bytes):
-                    yield Message(channels[topic], 0, at, at, data)
+                    yield RecordedMessage(channels[topic], 0, at, at, data)
 
     def _next(self, rows: sqlite3.Cursor) -> tuple[int, int, bytes] | None:
         try:
@@ -122,7 +122,7 @@ def _set_pages(path: Path, size: int, count: int) -> None:
         file.write(count.to_bytes(4, "big"))
 
 
-def _channels(database: sqlite3.Connection) -> dict[int, Channel]:
+def _channels(database: sqlite3.Connection) -> dict[int, RecordedChannel]:
     tables = {name for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     texts: dict[str, tuple[str, str]] = {}
     if "message_definitions" in tables:
@@ -132,8 +132,8 @@ def _channels(database: sqlite3.Connection) -> dict[int, Channel]:
     return {number: _channel(name, kind, form, *texts.get(kind, ("", ""))) for number, name, kind, form in topics}
 
 
-def _channel(topic: str, kind: str, form: str, encoding: str, text: str) -> Channel:
-    return Channel(str(topic), str(form), str(kind), str(encoding), str(text).encode(), {})
+def _channel(topic: str, kind: str, form: str, encoding: str, text: str) -> RecordedChannel:
+    return RecordedChannel(str(topic), str(form), str(kind), str(encoding), str(text).encode(), {})
 
 
 # -- a bag of ROS, of any format ---------------------------------------------------------------------------------------
@@ -198,7 +198,7 @@ class Bag:
         self.topics: Counter[tuple[str, str, str]] = Counter()
         self.cut: list[Path] = []
 
-    def messages(self) -> Iterator[Message]:
+    def messages(self) -> Iterator[RecordedMessage]:
         """Yield the messages of all files, in the order of recording; a file that is cut off is read up to the cut.
 
         Of several files, one without content counts as cut off, since a recorder may have just opened it.
@@ -245,7 +245,7 @@ class Bag:
 
     # -- files ---------------------------------------------------------------------------------------------------------
 
-    def _of_file(self, path: Path) -> Iterator[Message]:
+    def _of_file(self, path: Path) -> Iterator[RecordedMessage]:
         with UncompressedFile(path) as file, BufferedReader(file) as stream:
             magic = stream.peek(_LONGEST)[:_LONGEST]
             if magic.startswith(SQLITE_MAGIC):
@@ -263,7 +263,7 @@ class Bag:
 
     def _of_reader(
         self, reader: McapReader | Ros1BagReader | SqliteReader, path: Path, file: UncompressedFile
-    ) -> Iterator[Message]:
+    ) -> Iterator[RecordedMessage]:
         for message in reader.messages():
             packed = message.channel.encoding == "cdr" and message.data.startswith(_ZSTD)
             yield message._replace(data=expand_zstd(message.data, MAX_MESSAGE)) if packed else message

@@ -6,7 +6,7 @@ from typing import Any
 
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
-from ppaas.recording.reader import Channel, Message
+from ppaas.recording.reader import RecordedChannel, RecordedMessage
 
 
 def full_type(name: str) -> str:
@@ -42,7 +42,7 @@ class BagObjects:
         self._stores: dict[tuple[str, str, bytes], Any] = {}
         self.damaged: Counter[str] = Counter()
 
-    def read(self, message: Message) -> Any | None:
+    def read(self, message: RecordedMessage) -> Any | None:
         """Return a message of ROS 1 or ROS 2 as an object of its fields; None if it is damaged, which is counted."""
         channel, kind = message.channel, full_type(message.channel.type)
         store = self._store(channel, kind)
@@ -53,7 +53,7 @@ class BagObjects:
             self.damaged[channel.topic] += 1
             return None
 
-    def _store(self, channel: Channel, kind: str) -> Any:
+    def _store(self, channel: RecordedChannel, kind: str) -> Any:
         """Return the types of a channel: of its definition, or of the release if it has none that can be read."""
         key = (channel.encoding, kind, channel.definition)
         if key not in self._stores:
@@ -64,7 +64,7 @@ class BagObjects:
             self._stores[key] = described if complete else release
         return self._stores[key]
 
-    def _described(self, channel: Channel, kind: str) -> Any | None:
+    def _described(self, channel: RecordedChannel, kind: str) -> Any | None:
         if not channel.definition:
             return None
         text = channel.definition.decode("utf-8", "replace")

@@ -31,7 +31,7 @@ FAR, FAR_TURNED = 0.3, 0.3
 """Distance and angle of two poses of the same scan from which the drives differ [m, rad]."""
 
 
-class Velocity(NamedTuple):
+class TimedVelocity(NamedTuple):
     """Command, and the time since the begin of the drive [s]; speeds in m/s and rad/s."""
 
     at: float
@@ -47,13 +47,13 @@ class Outcomes:
     ----------
     poses : dict of int to Pose2D
         Estimates by the stamp of their scan [ns].
-    velocities : list of Velocity
+    velocities : list of TimedVelocity
     results : dict of str to Status
         Results by goal.
     """
 
     poses: dict[int, Pose2D] = field(default_factory=dict)
-    velocities: list[Velocity] = field(default_factory=list)
+    velocities: list[TimedVelocity] = field(default_factory=list)
     results: dict[str, Status] = field(default_factory=dict)
 
     def take(self, topic: str, message: Message, at: float) -> None:
@@ -65,7 +65,7 @@ class Outcomes:
                 stamp = message.header.stamp
                 self.poses[stamp.secs * 10**9 + stamp.nsecs] = message.pose.pose.planar()
             case Twist() if len(self.velocities) < MOST:
-                self.velocities.append(Velocity(at, message.linear.x, message.angular.z))
+                self.velocities.append(TimedVelocity(at, message.linear.x, message.angular.z))
             case MoveBaseActionResult() if len(self.results) < MOST:
                 self.results[message.status.goal_id.id] = Status(message.status.status)
 
@@ -160,7 +160,7 @@ def _ends(recorded: Outcomes, replayed: Outcomes) -> dict[str, tuple[str, str]]:
     return found
 
 
-def _pairs(first: list[Velocity], second: list[Velocity]) -> list[tuple[Velocity, Velocity]]:
+def _pairs(first: list[TimedVelocity], second: list[TimedVelocity]) -> list[tuple[TimedVelocity, TimedVelocity]]:
     """Return each command of the first drive with the nearest in time of the second, if that is near."""
     times = [one.at for one in second]
     pairs = []

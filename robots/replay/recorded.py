@@ -21,7 +21,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.recording.parameters import NAME
 from ppaas.recording.reader import McapDecoder
-from ppaas.recording.reader import Message as McapMessage
+from ppaas.recording.reader import RecordedMessage as McapMessage
 from ppaas.recording.writer import DIRECTION, DOWN, ROBOT_FILE
 from robots.client.robot_file import RobotFile
 from robots.recordings.bag import ROS_ENCODINGS, Bag

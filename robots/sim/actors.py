@@ -30,7 +30,7 @@ class Walk:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepTo:
     """Step straight to a position [m], whatever is there."""
 
     x: float
@@ -47,13 +47,13 @@ class Stay:
 
 
 @dataclass(frozen=True, slots=True)
-class Leave:
+class LeaveMap:
     """Leave the map here, and come back to the same place after a time [s]."""
 
     seconds: float
 
 
-Activity = Walk | Step | Stay | Leave
+Activity = Walk | StepTo | Stay | LeaveMap
 Script = Iterator[Activity]
 
 
@@ -81,7 +81,7 @@ class Actor(Pedestrian):
         super().__init__(space, paths, pose, model, rng)
         self._script = script
         self._destination: Pose2D | None = None
-        self._step: Step | None = None
+        self._step: StepTo | None = None
         self._door: tuple[float, float] | None = None
 
     @property
@@ -105,11 +105,11 @@ class Actor(Pedestrian):
         match activity:
             case Walk(to):
                 self._destination = to
-            case Step():
+            case StepTo():
                 self._step = activity
             case Stay(seconds, facing, sitting):
                 self.sitting, self.facing, self._stays_until = sitting, facing, now + seconds
-            case Leave(seconds):
+            case LeaveMap(seconds):
                 self._door = self.body.position.x, self.body.position.y
                 self._move_to(PARKED, PARKED)
                 self._stays_until = now + seconds
@@ -128,7 +128,7 @@ class Actor(Pedestrian):
         self.body.position = x, y
         self._velocity = np.zeros(2)
 
-    def _toward(self, step: Step) -> NDArray[np.float64]:
+    def _toward(self, step: StepTo) -> NDArray[np.float64]:
         offset = np.array((step.x - self.body.position.x, step.y - self.body.position.y))
         distance = float(np.hypot(*offset))
         if distance < AT_SEAT:
@@ -165,7 +165,7 @@ def talk(at: Pose2D, seconds: float, then: Script) -> Script:
     Two who talk stand at places that face each other.
     """
     yield Walk(at)
-    yield Step(at.x, at.y)
+    yield StepTo(at.x, at.y)
     yield Stay(seconds, at.theta)
     yield from then
 
@@ -185,9 +185,9 @@ def sit(seat: Pose2D, seconds: float, then: Script, before: float = 0.6) -> Scri
     """
     front = seat @ Pose2D(before, 0.0)
     yield Walk(front)
-    yield Step(seat.x, seat.y)
+    yield StepTo(seat.x, seat.y)
     yield Stay(seconds, seat.theta, sitting=True)
-    yield Step(front.x, front.y)
+    yield StepTo(front.x, front.y)
     yield from then
 
 
@@ -197,4 +197,4 @@ def come_and_go(door: Pose2D, paths: ShortestPaths, rng: np.random.Generator, aw
         yield Walk(paths.anywhere())
         yield Stay(float(rng.uniform(0.0, 5.0)))
         yield Walk(door)
-        yield Leave(float(rng.uniform(0.3, 1.0)) * away)
+        yield LeaveMap(float(rng.uniform(0.3, 1.0)) * away)

@@ -41,7 +41,7 @@ class SensorRates:
             )
 
 
-class Schedule:
+class FixedRate:
     """Fixed-rate schedule; missed times are skipped.
 
     Parameters
@@ -122,7 +122,7 @@ class Driver:
 
     async def _measure(self) -> None:
         start = self._clock()
-        odom, scan = Schedule(self._rates.odom, start), Schedule(self._rates.scan, start)
+        odom, scan = FixedRate(self._rates.odom, start), FixedRate(self._rates.scan, start)
         while True:
             now = self._clock()
             # Odometry first: localization needs the pose when it processes the scan.
@@ -134,7 +134,7 @@ class Driver:
 
     async def _photograph(self, camera: DepthCameraModel) -> None:
         await self._client.publish(TF_STATIC.name, camera.transforms(self._robot.model.base_frame))
-        due = Schedule(self._rates.depth, self._clock())
+        due = FixedRate(self._rates.depth, self._clock())
         while True:
             if due.take(self._clock()):
                 await self._publish_image()

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.actors import Actor, Script
-from robots.sim.bodies.figure import Figure
+from robots.sim.bodies.figure import PersonFigure
 from robots.sim.bodies.furniture import Furniture
 from robots.sim.contacts import ContactCounter
 from robots.sim.depth.camera import Scene
@@ -84,7 +84,7 @@ class World:
         self.robots: list[SimulatedRobot] = []
         self.pedestrians: list[Pedestrian] = []
         self.furniture: list[Furniture] = []
-        self.figures: list[Figure] = []
+        self.figures: list[PersonFigure] = []
         self.pedestrian_model = PedestrianModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
@@ -164,7 +164,7 @@ class World:
 
     def _add_person(self, pedestrian: Pedestrian, pose: Pose2D) -> None:
         if self._bodies:
-            figure = Figure(np.random.default_rng((self._seed, len(self.pedestrians), 2)))
+            figure = PersonFigure(np.random.default_rng((self._seed, len(self.pedestrians), 2)))
             figure.face(pose.theta)
             self.figures.append(figure)
         self.contacts.add_person(pedestrian.body)

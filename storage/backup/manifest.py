@@ -19,7 +19,7 @@ class Block(msgspec.Struct, frozen=True):
     records: int
 
 
-class Stream(msgspec.Struct, frozen=True):
+class BackupStream(msgspec.Struct, frozen=True):
     """All records of a kind, in the order in which they are restored.
 
     ``index`` is the name of a block that lists what each of ``blocks`` has, where a later backup reuses them; empty if
@@ -56,7 +56,7 @@ Versions: TypeAlias = dict[str, dict[str, StoredPart]]
 """Map versions by their hash; of each the files by part."""
 
 
-class Manifest(msgspec.Struct, frozen=True):
+class BackupManifest(msgspec.Struct, frozen=True):
     """A backup.
 
     Parameters
@@ -69,7 +69,7 @@ class Manifest(msgspec.Struct, frozen=True):
         Scheme of each store that was read, such as ``{"store": "sqlite", "map_store": "file"}``.
     at_once : bool
         Whether all records but maps are of one moment. They are of SQLite; another store may change while it is read.
-    streams : dict of str to Stream
+    streams : dict of str to BackupStream
         Records by kind.
     logs : tuple of CloneLog
     versions : dict
@@ -85,7 +85,7 @@ class Manifest(msgspec.Struct, frozen=True):
     ended: float
     stores: dict[str, str]
     at_once: bool
-    streams: dict[str, Stream]
+    streams: dict[str, BackupStream]
     logs: tuple[CloneLog, ...] = ()
     versions: Versions = {}
     epochs: dict[str, int] = {}

@@ -12,11 +12,11 @@ import msgspec
 from ppaas.decoding import from_msgpack
 from ppaas.errors import Damaged, NotFound
 from ppaas.plans.history import LinkHistory, PlannerHistory
-from storage.backup.manifest import Block, Manifest, StoredPart
+from storage.backup.manifest import BackupManifest, Block, StoredPart
 from storage.backup.repository import Repository
 from storage.map_port import OpenMap
-from storage.migration.copying import Key, RecordKind
-from storage.migration.map_records import MapLog
+from storage.migration.copying import Key, StoredKind
+from storage.migration.map_records import MapHistory
 from storage.people import MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import (
@@ -47,7 +47,7 @@ RECORDS: dict[str, Any] = {
     "plans": PlanRecord,
     "history": PlannerHistory,
     "links": LinkHistory,
-    "maps": MapLog,
+    "maps": MapHistory,
 }
 """Types of the records by kind."""
 
@@ -61,11 +61,11 @@ class Archive:
     Parameters
     ----------
     repository : Repository
-    manifest : Manifest
+    manifest : BackupManifest
         The backup.
     """
 
-    def __init__(self, repository: Repository, manifest: Manifest) -> None:
+    def __init__(self, repository: Repository, manifest: BackupManifest) -> None:
         self._repository = repository
         self.manifest = manifest
         self._page: dict[Key, Any] = {}
@@ -154,13 +154,13 @@ class LeftOut:
     keys: list[Key]
 
 
-def kinds_of(archive: Archive, kinds: Sequence[RecordKind[Any]], left_out: list[LeftOut]) -> list[RecordKind[Any]]:
+def kinds_of(archive: Archive, kinds: Sequence[StoredKind[Any]], left_out: list[LeftOut]) -> list[StoredKind[Any]]:
     """Return the kinds of records that an archive has, so that copying and comparing can read it as their source.
 
     Parameters
     ----------
     archive : Archive
-    kinds : sequence of RecordKind
+    kinds : sequence of StoredKind
     left_out : list of LeftOut
         Gets the records that cannot be restored. A store that changed while it was read may have had a robot of a
         user who was removed by then.
@@ -168,7 +168,7 @@ def kinds_of(archive: Archive, kinds: Sequence[RecordKind[Any]], left_out: list[
     return [_kind_of(archive, kind, left_out) for kind in kinds if kind.name in archive.manifest.streams]
 
 
-def _kind_of(archive: Archive, kind: RecordKind[Any], left_out: list[LeftOut]) -> RecordKind[Any]:
+def _kind_of(archive: Archive, kind: StoredKind[Any], left_out: list[LeftOut]) -> StoredKind[Any]:
     missing: list[Key] = []
     left_out.append(LeftOut(kind.name, missing))
 
@@ -194,7 +194,7 @@ def _kind_of(archive: Archive, kind: RecordKind[Any], left_out: list[LeftOut]) -
     return replace(kind, pages=pages, read=read, add=add, count=lambda _: count, verify=None)
 
 
-def restore_epochs(manifest: Manifest, store: Store) -> None:
+def restore_epochs(manifest: BackupManifest, store: Store) -> None:
     """Set the epochs of leases beyond any that a machine can have seen."""
     for name, epoch in manifest.epochs.items():
         held = store.lease(name)

@@ -24,7 +24,7 @@ from ppaas import __version__
 from ppaas.clock import epoch
 from ppaas.decoding import from_msgpack
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
-from storage.backup.manifest import FORMAT, Manifest
+from storage.backup.manifest import FORMAT, BackupManifest
 from storage.backup.sealing import Sealing
 from storage.store_errors import damaged, of_another_release
 
@@ -136,7 +136,7 @@ class Repository:
 
     # -- manifests -------------------------------------------------------------------------------------------------
 
-    def add(self, manifest: Manifest) -> None:
+    def add(self, manifest: BackupManifest) -> None:
         """Add a backup whose blocks are stored."""
         sealed = self._sealing.seal(manifest.id, msgspec.msgpack.encode(manifest))
         path = f"{MANIFESTS}/{manifest.id}"
@@ -148,7 +148,7 @@ class Repository:
         """Return the ids of all backups, oldest first."""
         return sorted(meta["path"].rpartition("/")[2] for meta in self._list(MANIFESTS))
 
-    def manifest(self, backup_id: str) -> Manifest:
+    def manifest(self, backup_id: str) -> BackupManifest:
         """Return the manifest of a backup, or of the newest one for ``latest``.
 
         Raises
@@ -170,7 +170,7 @@ class Repository:
             written = from_msgpack(data, _Format)
             if written.format > FORMAT:
                 raise of_another_release(f"backup {backup_id}", written.release, f"format {written.format}")
-            return from_msgpack(data, Manifest)
+            return from_msgpack(data, BackupManifest)
         except msgspec.MsgspecError as error:
             raise damaged(f"backup {backup_id} of {self._place}", error) from error
 

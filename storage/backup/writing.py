@@ -10,10 +10,10 @@ import msgspec
 
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
-from storage.backup.manifest import Block, CloneLog, Manifest, StoredPart, Stream, Versions, new_id
+from storage.backup.manifest import BackupManifest, BackupStream, Block, CloneLog, StoredPart, Versions, new_id
 from storage.backup.repository import Repository
 from storage.migration.copying import PAGE, Key, by_pages
-from storage.migration.map_records import MAP_KINDS, MapLog
+from storage.migration.map_records import MAP_KINDS, MapHistory
 from storage.migration.store_records import KINDS, LISTED, LOG_PAGE
 from storage.ports import MapStore, Store
 from storage.records import CloneCheckpoint, PlanRecord
@@ -56,7 +56,7 @@ class Sources:
 
 
 @dataclass(slots=True)
-class Written:
+class WrittenBackup:
     """Progress with one kind: records so far, and how many of them an earlier backup has stored."""
 
     kind: str
@@ -77,23 +77,23 @@ class BackupWriter:
 
     Attributes
     ----------
-    manifest : Manifest
+    manifest : BackupManifest
         The backup, once ``steps`` has ended.
     """
 
-    manifest: Manifest
+    manifest: BackupManifest
 
     def __init__(self, repository: Repository, sources: Sources, renew: Callable[[], None]) -> None:
         self._repository = repository
         self._sources = sources
         self._renew = renew
-        self._streams: dict[str, Stream] = {}
+        self._streams: dict[str, BackupStream] = {}
         self._logs: list[CloneLog] = []
         self._versions: Versions = {}
         self._size = 0
         self._earlier = self._newest()
 
-    def steps(self) -> Iterator[Written]:
+    def steps(self) -> Iterator[WrittenBackup]:
         """Write everything; yield the progress after each page, and set ``manifest``.
 
         Raises
@@ -111,13 +111,13 @@ class BackupWriter:
         if self._sources.map_store is not None:
             yield from self._maps(self._sources.map_store)
         self._repository.settle()
-        self.manifest = Manifest(
+        self.manifest = BackupManifest(
             backup_id, begun, epoch(), self._sources.schemes, self._sources.at_once, self._streams, tuple(self._logs),
             self._versions, self._epochs(), self._repository.added, self._size,
         )  # fmt: skip
         self._repository.add(self.manifest)
 
-    def _newest(self) -> Manifest | None:
+    def _newest(self) -> BackupManifest | None:
         ids = self._repository.ids()
         return self._repository.manifest(ids[-1]) if ids else None
 
@@ -129,8 +129,8 @@ class BackupWriter:
 
     # -- records ---------------------------------------------------------------------------------------------------
 
-    def _records(self, kind: str, pages: Iterator[list[tuple[Key, Any]]]) -> Iterator[Written]:
-        done, blocks = Written(kind), _Blocks(self._put)
+    def _records(self, kind: str, pages: Iterator[list[tuple[Key, Any]]]) -> Iterator[WrittenBackup]:
+        done, blocks = WrittenBackup(kind), _Blocks(self._put)
         for page in pages:
             self._renew()
             for key, record in page:
@@ -139,7 +139,7 @@ class BackupWriter:
                     self._clone_logs(record)
             done.records += len(page)
             yield done
-        self._streams[kind] = Stream(blocks.end())
+        self._streams[kind] = BackupStream(blocks.end())
         yield done
 
     def _clone_logs(self, clone: CloneCheckpoint) -> None:
@@ -159,9 +159,9 @@ class BackupWriter:
 
     # -- plans -----------------------------------------------------------------------------------------------------
 
-    def _plans(self, store: Store) -> Iterator[Written]:
+    def _plans(self, store: Store) -> Iterator[WrittenBackup]:
         """Write the plans that the backup before does not have, and name its blocks of which all plans still exist."""
-        done, earlier = Written(PLANS), self._earlier_plans()
+        done, earlier = WrittenBackup(PLANS), self._earlier_plans()
         place = {entry: block for block, entries in earlier.items() for entry in entries}
         left = {block: len(entries) for block, entries in earlier.items()}
         kept: dict[Block, list[str]] = {}
@@ -186,7 +186,7 @@ class BackupWriter:
                 index += self._whole_plans(store, ids, blocks)
         reused = {block: earlier[block] for block in kept if not left[block]}
         new = blocks.end()
-        self._streams[PLANS] = Stream((*reused, *new), self._plan_index([*reused.values(), *_split(index, new)]))
+        self._streams[PLANS] = BackupStream((*reused, *new), self._plan_index([*reused.values(), *_split(index, new)]))
         yield done
 
     def _whole_plans(self, store: Store, ids: Sequence[str], blocks: "_Blocks") -> list[tuple[str, bytes]]:
@@ -209,9 +209,9 @@ class BackupWriter:
 
     # -- maps ------------------------------------------------------------------------------------------------------
 
-    def _maps(self, store: MapStore) -> Iterator[Written]:
+    def _maps(self, store: MapStore) -> Iterator[WrittenBackup]:
         [kind] = MAP_KINDS
-        done, blocks = Written(kind.name), _Blocks(self._put)
+        done, blocks = WrittenBackup(kind.name), _Blocks(self._put)
         for keys in kind.pages(store):
             for key in keys:
                 log = self._map(store, key)
@@ -219,17 +219,17 @@ class BackupWriter:
                     blocks.add((key, log))
                     done.records += 1
             yield done
-        self._streams[kind.name] = Stream(blocks.end())
+        self._streams[kind.name] = BackupStream(blocks.end())
         yield done
 
-    def _map(self, store: MapStore, map_id: str) -> MapLog | None:
+    def _map(self, store: MapStore, map_id: str) -> MapHistory | None:
         """Write the files of a map; return its log, or None if it was removed meanwhile."""
         [kind] = MAP_KINDS
         for _ in range(ATTEMPTS):
             found = kind.read(store, [map_id])
             if not found:
                 return None
-            log: MapLog = found[map_id]
+            log: MapHistory = found[map_id]
             with suppress(NotFound):  # a version was removed meanwhile
                 for version in log.versions():
                     self._version(store, map_id, version)

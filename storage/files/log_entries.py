@@ -15,7 +15,7 @@ from storage.store_errors import damaged, of_another_release
 from storage.versions import ONLY_ZONES, but_zones, check_files, files_after, map_version
 
 
-class LogEntry(msgspec.Struct, frozen=True):
+class MapLogEntry(msgspec.Struct, frozen=True):
     """One entry of the log: the map's metadata and current version; None for a map that was removed.
 
     ``removed`` are the numbers of publications whose entries and files are being removed. ``reviews`` are those that
@@ -34,7 +34,7 @@ class LogEntry(msgspec.Struct, frozen=True):
     @classmethod
     def of(
         cls, record: MapRecord, era: int, removed: Iterable[int] = (), reviews: tuple[MapReview, ...] = ()
-    ) -> "LogEntry":
+    ) -> "MapLogEntry":
         """Return the entry for a record."""
         return cls(
             era, record.owner, record.readers, record.description, record.present, tuple(removed), reviews,
@@ -53,13 +53,13 @@ _CRC = b'{"crc":"'
 _CRC_END = len(_CRC) + 8
 
 
-def encode_entry(entry: LogEntry) -> bytes:
+def encode_entry(entry: MapLogEntry) -> bytes:
     """Return an entry as JSON, after the CRC-32 of the rest and the release; earlier releases ignore these fields."""
     rest = _WRITTEN_BY + msgspec.json.encode(entry)[1:]
     return _CRC + f"{zlib.crc32(rest):08x}".encode() + b'",' + rest
 
 
-def decode_entry(data: bytes, place: str) -> LogEntry:
+def decode_entry(data: bytes, place: str) -> MapLogEntry:
     """Return the entry; one of an earlier release has no CRC.
 
     Raises
@@ -72,7 +72,7 @@ def decode_entry(data: bytes, place: str) -> LogEntry:
     try:
         if has_crc and f"{zlib.crc32(data[_CRC_END + 2 :]):08x}".encode() != data[len(_CRC) : _CRC_END]:
             raise msgspec.DecodeError("its checksum differs")
-        return from_json(data, LogEntry)
+        return from_json(data, MapLogEntry)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         if has_crc and isinstance(error, msgspec.ValidationError):
             raise of_another_release(place, from_json(data, Written).release, error) from error

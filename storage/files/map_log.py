@@ -32,7 +32,7 @@ from ppaas.errors import NotFound, Unavailable
 from storage.files.disk import Disk, open_verified
 from storage.files.log_entries import (
     LatestEntry,
-    LogEntry,
+    MapLogEntry,
     changed,
     decode_entry,
     encode_entry,
@@ -184,7 +184,7 @@ class LoggedMapStore:
             latest = self._latest(map_id)
             latest.head(map_id)
             number = latest.number + 1
-            if self._disk.create(entry_path(map_id, number), encode_entry(LogEntry(number))):
+            if self._disk.create(entry_path(map_id, number), encode_entry(MapLogEntry(number))):
                 self._sweep(map_id, number)
                 return
 
@@ -218,7 +218,7 @@ class LoggedMapStore:
     def _numbers(self, map_id: str) -> list[int]:
         return [int(name) for name in self._disk.names(f"{map_id}/log") if name.isdecimal()]
 
-    def _read(self, map_id: str, number: int) -> LogEntry:
+    def _read(self, map_id: str, number: int) -> MapLogEntry:
         path = entry_path(map_id, number)
         return decode_entry(self._disk.read(path), f"{path} of the maps")
 
@@ -293,10 +293,10 @@ class LoggedMapStore:
         reviews: tuple[MapReview, ...] | None = None,
     ) -> bool:
         """Create the next entry; return whether no other writer did. Without them, its lists are the last entry's."""
-        entry = LogEntry.of(record, era)
+        entry = MapLogEntry.of(record, era)
         if era == latest.era:
             unfinished = latest.removed if removed is None else removed
-            entry = LogEntry.of(record, era, sorted(unfinished), latest.reviews if reviews is None else reviews)
+            entry = MapLogEntry.of(record, era, sorted(unfinished), latest.reviews if reviews is None else reviews)
         return self._disk.create(entry_path(record.id, latest.number + 1), encode_entry(entry))
 
     def _sweep_of(self, map_id: str) -> VersionSweep:

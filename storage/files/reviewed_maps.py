@@ -11,7 +11,7 @@ from ppaas.errors import Conflict, NotFound, QuotaExceeded
 from storage.files.log_entries import LatestEntry, changed, files_of, files_path, followed
 from storage.files.map_log import LoggedMapStore
 from storage.names import check_name
-from storage.records import MapChange, MapRecord, MapReview, MapVersionRecord, Publication, ReviewState
+from storage.records import MapRecord, MapReview, MapVersionRecord, ProposedChange, Publication, ReviewState
 from storage.staged_uploads import StagedUpload
 from storage.versions import ZONES, check_may_follow, check_publication, map_version
 
@@ -30,7 +30,9 @@ Reviews = tuple[MapReview, ...]
 class ReviewedMapStore(LoggedMapStore):
     """A ``MapStore`` on a disk."""
 
-    def propose(self, upload: StagedUpload, publication: Publication, *, base: str, change: MapChange) -> MapReview:
+    def propose(
+        self, upload: StagedUpload, publication: Publication, *, base: str, change: ProposedChange
+    ) -> MapReview:
         """Store the uploaded files as a version that waits for a review; the current version stays."""
         check_publication(publication)
         check_name("version", base)
@@ -94,7 +96,7 @@ class ReviewedMapStore(LoggedMapStore):
 
 
 def _proposal(
-    latest: LatestEntry, publication: Publication, upload: StagedUpload, base: str, change: MapChange
+    latest: LatestEntry, publication: Publication, upload: StagedUpload, base: str, change: ProposedChange
 ) -> MapReview:
     files = files_of(latest, publication.map, upload)
     return MapReview(

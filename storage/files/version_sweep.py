@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Iterator
 
 from storage.files.disk import Disk
-from storage.files.log_entries import LatestEntry, LogEntry, entry_path, files_path
+from storage.files.log_entries import LatestEntry, MapLogEntry, entry_path, files_path
 from storage.records import MapRecord, MapReview, MapVersionRecord
 
 History = Callable[[LatestEntry, MapRecord], Iterator[MapVersionRecord]]
@@ -31,7 +31,7 @@ class VersionSweep:
         disk: Disk,
         map_id: str,
         *,
-        read: Callable[[str, int], LogEntry],
+        read: Callable[[str, int], MapLogEntry],
         newest: Callable[[str], LatestEntry],
         history: History,
     ) -> None:
@@ -63,7 +63,7 @@ class VersionSweep:
             else:
                 self._disk.remove(f"{folder}/.removed-{name}")
 
-    def _entries_of(self, publication: int) -> Iterator[tuple[int, LogEntry]]:
+    def _entries_of(self, publication: int) -> Iterator[tuple[int, MapLogEntry]]:
         """Yield the entry of a publication, and those that changed the metadata while it was current."""
         number = publication
         while True:

@@ -26,7 +26,7 @@ MAX_NAMED = 10
 
 
 @dataclass(frozen=True, slots=True)
-class RecordKind(Generic[S]):
+class StoredKind(Generic[S]):
     """A kind of record, and the functions that read and write it.
 
     Parameters
@@ -108,12 +108,12 @@ class Compared:
         return not self.missing and (not self.different or not self.exact)
 
 
-def copy(kind: RecordKind[S], source: S, target: S, *, overwrite: bool = False) -> Iterator[Copied]:
+def copy(kind: StoredKind[S], source: S, target: S, *, overwrite: bool = False) -> Iterator[Copied]:
     """Copy the records that the target lacks; yield the progress at the begin and after each page.
 
     Parameters
     ----------
-    kind : RecordKind
+    kind : StoredKind
     source, target
         Stores of the same port.
     overwrite : bool
@@ -139,7 +139,7 @@ def copy(kind: RecordKind[S], source: S, target: S, *, overwrite: bool = False) 
         yield done
 
 
-def _replace(kind: RecordKind[S], source: S, target: S, record: Any, there: Any, *, overwrite: bool) -> bool:
+def _replace(kind: StoredKind[S], source: S, target: S, record: Any, there: Any, *, overwrite: bool) -> bool:
     """Replace the target's record if that is allowed; return whether it was replaced."""
     partial = kind.is_partial is not None and kind.is_partial(record, there)
     if kind.replace is None or not (overwrite or partial):
@@ -148,7 +148,7 @@ def _replace(kind: RecordKind[S], source: S, target: S, record: Any, there: Any,
     return True
 
 
-def compare(kind: RecordKind[S], source: S, target: S) -> Iterator[Compared]:
+def compare(kind: StoredKind[S], source: S, target: S) -> Iterator[Compared]:
     """Read both stores and compare them; yield the progress after each page. Raises the errors of the stores."""
     done = Compared(kind.name, kind.exact)
     digests = hashlib.sha256(), hashlib.sha256()

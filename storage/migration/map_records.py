@@ -7,14 +7,14 @@ from typing import Any
 
 import msgspec
 
-from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
+from storage.migration.copying import PAGE, Key, StoredKind, by_pages, each
 from storage.ports import MapStore
 from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload, blocks
 from storage.versions import ONLY_ZONES
 
 
-class MapLog(msgspec.Struct, frozen=True):
+class MapHistory(msgspec.Struct, frozen=True):
     """A map with its publications and the reviews that wait, oldest first.
 
     They are numbered from zero, because each store has its own numbers.
@@ -40,7 +40,7 @@ def _ids(store: MapStore) -> Iterator[list[Key]]:
     return ([head.id] for head in chain.from_iterable(pages))
 
 
-def _log(store: MapStore, key: Key) -> MapLog:
+def _log(store: MapStore, key: Key) -> MapHistory:
     head = store.map_head(key)
     newest_first = by_pages(
         lambda before: store.versions(head.id, before=before, limit=PAGE), None, lambda version: version.number
@@ -51,10 +51,10 @@ def _log(store: MapStore, key: Key) -> MapLog:
     waiting = (review for review in listed if review.waits and review.version != head.version)
     reviews = (msgspec.structs.replace(review, number=number) for number, review in enumerate(waiting))
     readers = tuple(head.readers)
-    return MapLog(head.id, head.owner, readers, head.description, tuple(publications), tuple(reviews), head.traffic)
+    return MapHistory(head.id, head.owner, readers, head.description, tuple(publications), tuple(reviews), head.traffic)
 
 
-def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
+def _add(source: MapStore, target: MapStore, logs: Sequence[MapHistory]) -> None:
     for log in logs:
         for publication in log.publications:
             _publish(source, target, log, publication)
@@ -64,7 +64,7 @@ def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
             target.change_map(log.id, traffic=True)
 
 
-def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVersionRecord) -> MapRecord:
+def _publish(source: MapStore, target: MapStore, log: MapHistory, publication: MapVersionRecord) -> MapRecord:
     repeated = Publication(
         map=log.id,
         author=publication.author,
@@ -80,7 +80,7 @@ def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVe
         return target.publish(upload, repeated)
 
 
-def _propose(source: MapStore, target: MapStore, log: MapLog, review: MapReview) -> None:
+def _propose(source: MapStore, target: MapStore, log: MapHistory, review: MapReview) -> None:
     proposal = Publication(log.id, review.author, review.created, review.message, log.owner)
     with _uploaded(source, target, log.id, review.version) as upload:
         upload.keeps = ONLY_ZONES if review.keeps_zones else frozenset()
@@ -95,14 +95,14 @@ def _uploaded(source: MapStore, target: MapStore, map_id: str, version: str) -> 
         yield upload
 
 
-def _is_partial(log: MapLog, there: MapLog) -> bool:
+def _is_partial(log: MapHistory, there: MapHistory) -> bool:
     """Return whether the target has the same map without its last publications or reviews: an interrupted copy."""
     first = log.publications[: len(there.publications)]
     reviews = log.reviews[: len(there.reviews)]
     return there != log and there == msgspec.structs.replace(log, publications=first, reviews=reviews)
 
 
-def _replace(source: MapStore, target: MapStore, log: MapLog, there: MapLog) -> None:
+def _replace(source: MapStore, target: MapStore, log: MapHistory, there: MapHistory) -> None:
     rest, reviews = log.publications[len(there.publications) :], log.reviews[len(there.reviews) :]
     same = there.publications + rest == log.publications and there.reviews + reviews == log.reviews
     if there.owner != log.owner or not same:
@@ -125,7 +125,7 @@ def verify_map(store: MapStore, map_id: str) -> None:
             pass
 
 
-MAP_KINDS: tuple[RecordKind[MapStore], ...] = (
-    RecordKind("maps", _ids, each(_log), _add, _replace, _is_partial, _verify),
+MAP_KINDS: tuple[StoredKind[MapStore], ...] = (
+    StoredKind("maps", _ids, each(_log), _add, _replace, _is_partial, _verify),
 )
 """Maps are one kind; an interrupted copy has the first publications and reviews of a map."""

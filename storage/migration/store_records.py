@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from ppaas.errors import NotFound
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
-from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
+from storage.migration.copying import PAGE, Key, StoredKind, by_pages, each
 from storage.names import Group
 from storage.people import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
@@ -194,36 +194,36 @@ def _replace_clone(source: Store, target: Store, clone: CloneCheckpoint, _before
     _add_clone(source, target, clone)
 
 
-KINDS: tuple[RecordKind[Store], ...] = (
-    RecordKind(
+KINDS: tuple[StoredKind[Store], ...] = (
+    StoredKind(
         "users",
         _user_ids,
         each(lambda store, key: store.user(key)),
         _each(lambda target, user: target.add_user(user)),
         lambda _source, target, user, _before: target.change_user(user),
     ),
-    RecordKind(
+    StoredKind(
         "tokens",
         _token_hashes,
         each(lambda store, key: store.token(key)),
         _each(lambda target, token: target.add_token(token)),
         lambda _source, target, token, _before: target.add_token(token),
     ),
-    RecordKind(
+    StoredKind(
         "robots",
         _robot_keys,
         each(lambda store, key: store.robot(*key)),
         _each(lambda target, robot: target.put_robot(robot)),
         lambda _source, target, robot, before: target.put_robot(robot, instead_of=before),
     ),
-    RecordKind(
+    StoredKind(
         "URDFs",
         _beside_robots(_urdf),
         each(_urdf),
         _each(lambda target, urdf: target.put_urdf(*urdf)),
         lambda _source, target, urdf, _before: target.put_urdf(*urdf),
     ),
-    RecordKind(
+    StoredKind(
         "checkpoints",
         _clone_keys,
         each(_clone),
@@ -231,14 +231,14 @@ KINDS: tuple[RecordKind[Store], ...] = (
         _replace_clone,
         lambda clone, there: there == replace(clone, nodes={}),
     ),
-    RecordKind(
+    StoredKind(
         "people",
         _people_keys,
         _read_people,
         _each(lambda target, people: target.put_people_settings(people)),
         lambda _source, target, people, before: target.put_people_settings(people, instead_of=before),
     ),
-    RecordKind(
+    StoredKind(
         "counts",
         _count_keys,
         _read_counts,
@@ -246,14 +246,14 @@ KINDS: tuple[RecordKind[Store], ...] = (
         lambda _source, target, row, _before: target.add_people_counts([row]),
         exact=False,
     ),
-    RecordKind(
+    StoredKind(
         "tasks",
         _task_keys,
         each(lambda store, key: store.task(*key)),
         _each(lambda target, task: target.put_task(task)),
         lambda _source, target, task, before: target.put_task(task, instead_of=before),
     ),
-    RecordKind(
+    StoredKind(
         "plans",
         _plan_ids,
         lambda store, keys: store.whole_plans(keys),
@@ -261,14 +261,14 @@ KINDS: tuple[RecordKind[Store], ...] = (
         lambda _source, target, plan, before: target.replace_plan(plan, instead_of=before),
         count=lambda store: store.plan_statistics().plans,
     ),
-    RecordKind(
+    StoredKind(
         "history",
         _history_keys,
         _read_history,
         lambda _source, target, rows: target.add_history(rows),
         exact=False,
     ),
-    RecordKind(
+    StoredKind(
         "links",
         lambda store: iter([[row.link for row in store.links()]]),
         _read_links,

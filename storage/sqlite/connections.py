@@ -94,7 +94,7 @@ never changed after a release."""
 
 
 @dataclass(frozen=True, slots=True)
-class Schema:
+class SqliteSchema:
     """Schema of a kind of SQLite file.
 
     Parameters
@@ -109,7 +109,7 @@ class Schema:
     migrations: tuple[tuple[Migration, ...], ...]
 
 
-STORE = Schema(APPLICATION_ID, MIGRATIONS)
+STORE = SqliteSchema(APPLICATION_ID, MIGRATIONS)
 
 _ADVICE = {
     sqlite3.SQLITE_BUSY: "locked by another process for too long: try again",
@@ -135,7 +135,7 @@ class SqliteConnections:
         The file.
     busy_timeout : float
         Time limit to wait for the transaction of another process [s].
-    schema : Schema
+    schema : SqliteSchema
         Schema of the file.
 
     Raises
@@ -144,7 +144,7 @@ class SqliteConnections:
         The file cannot be used; the message says why and what to do.
     """
 
-    def __init__(self, path: Path, busy_timeout: float = 5.0, schema: Schema = STORE) -> None:
+    def __init__(self, path: Path, busy_timeout: float = 5.0, schema: SqliteSchema = STORE) -> None:
         self._path = path
         self._busy_timeout = busy_timeout
         self._schema = schema

@@ -12,13 +12,13 @@ from pathlib import Path
 
 from storage.encoding import decode, decode_readable, encode, is_as_written
 from storage.records import PlanRecord
-from storage.sqlite.connections import Schema, SqliteConnections
+from storage.sqlite.connections import SqliteConnections, SqliteSchema
 from storage.store_errors import disk_errors, unusable
 
 MAX_BYTES = 256 << 20
 """Largest size on the disk [bytes]: some fifteen thousand plans of 300 waypoints."""
 
-OUTBOX = Schema(
+OUTBOX = SqliteSchema(
     application_id=0x50504F42,  # "PPOB"
     migrations=(
         (

@@ -99,9 +99,9 @@ import sys
 def loaded(*packages):
     return [name for name in packages if name in sys.modules]
 
-import endpoints.processes.server
+import endpoints.cloud_processes.server
 of_master = loaded("numba", "scipy", "cryptography", "fastapi", "pydantic", "uvicorn", "starlette.routing")
-import endpoints.processes.endpoint_process
+import endpoints.cloud_processes.endpoint_process
 print(of_master, loaded("numba", "scipy", "cryptography"))
 """
 

@@ -10,7 +10,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput, NotFound, QuotaExceeded
 from storage.files import reviewed_maps
 from storage.ports import MapStore
-from storage.records import ConfirmedPlaces, MapChange, MapReview, Publication
+from storage.records import ConfirmedPlaces, MapReview, ProposedChange, Publication
 from tests.support.storage.records import found_map, house, pgm, propose, put_map
 
 ONE, TWO, THREE = (house(image=pgm(value=value)) for value in (0, 100, 254))
@@ -32,7 +32,7 @@ def test_a_proposed_version_waits_beside_the_current_one(map_store: MapStore, pr
     assert (proposed.version, proposed.base, proposed.state) == (TWO.version, ONE.version, "waiting")
     assert (proposed.author, proposed.message, proposed.created) == ("bob", "a new wall", 3.0)
     places = ConfirmedPlaces("tb1", left=((1.25, -0.5),))
-    assert proposed.change == MapChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
+    assert proposed.change == ProposedChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
     assert found_map(map_store) == ONE
     assert [one.version for one in map_store.versions("house")] == [ONE.version]
 

@@ -6,12 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from ppaas.errors import Conflict, InvalidInput
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import Store
 from tests.support.storage.records import NOT_NAMES, user
 
-DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+DOOR = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 COUNTED = PeopleSettings(rule="named", targets=[3], names={"3": "Zoë"}, zones=[DOOR], history=True)
 
 

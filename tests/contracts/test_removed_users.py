@@ -9,8 +9,8 @@ from argon2 import PasswordHasher, profiles
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
-from endpoints.services import removal
-from endpoints.services.services import Services
+from endpoints.resources import removal
+from endpoints.resources.services import Services
 from endpoints.sharing.shared_robots import is_author
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotAuthenticated, NotFound

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from engine.service.links.place_link import PlaceLink
+from engine.links.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode

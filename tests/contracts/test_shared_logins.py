@@ -5,7 +5,7 @@ from typing import Any, get_type_hints
 import msgspec
 import pytest
 
-from endpoints.accounts.fair_queue import Origin
+from endpoints.accounts.fair_queue import RequestOrigin
 from endpoints.accounts.shared_logins import MAX_UNSAVED, USER_AT_ADDRESS, LocalLogins, SharedLogins
 from endpoints.accounts.socket_tickets import LIFETIME
 from ppaas.clock import ManualClock
@@ -47,7 +47,7 @@ def logins(request: pytest.FixtureRequest, clock: ManualClock) -> SharedLogins:
     return EncodedLogins(local) if request.param == "encoded" else local  # type: ignore[return-value]
 
 
-async def fail(logins: SharedLogins, times: int) -> Origin:
+async def fail(logins: SharedLogins, times: int) -> RequestOrigin:
     for _ in range(times):
         origin = await logins.admit("ann", "10.0.0.1")
         await logins.failed(origin)
@@ -56,7 +56,7 @@ async def fail(logins: SharedLogins, times: int) -> Origin:
 
 async def test_failures_are_counted_until_the_next_attempt_waits(logins: SharedLogins, clock: ManualClock) -> None:
     origin = await fail(logins, USER_AT_ADDRESS.failures - 1)
-    assert origin == Origin("ann", "10.0.0.1", known=False, kind="password")
+    assert origin == RequestOrigin("ann", "10.0.0.1", known=False, kind="password")
     assert await logins.failed(origin) == USER_AT_ADDRESS.failures
     with pytest.raises(TooManyAttempts) as refused:
         await logins.admit("ann", "10.0.0.1")

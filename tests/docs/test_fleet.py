@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.fleet.checking import faults_of
 from endpoints.rest.plans import fleet_plans
-from engine.service.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED
+from engine.control.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from ppaas.costmap.build_layers import build_layers
 from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap

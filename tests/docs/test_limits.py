@@ -12,19 +12,19 @@ from endpoints.http import connection_table, frame_pacing, http_protocol, tls, w
 from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
 from endpoints.protocols import MAX_FRAME
 from endpoints.rapyuta import clone, executor, interfaces
+from endpoints.resources import heavy_work, plan_writer
+from endpoints.resources.joint_maps import MOST_ROBOTS
+from endpoints.resources.services import RequestLimits
 from endpoints.rest import paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
-from endpoints.services import heavy_work, plan_writer
-from endpoints.services.joint_maps import MOST_ROBOTS
-from endpoints.services.services import RequestLimits
-from engine.endpoint import link_listener
+from engine.cloud_client import link_listener
+from engine.control.master_calls import server
+from engine.links import carried_session
 from engine.protocols import handshakes, sockets
 from engine.recorder import robot_recorder
 from engine.remote import joining, machines
-from engine.service.endpoints import server
-from engine.service.links import carried_session
 from ppaas.fleet.lane_placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pictures, yaml_keys

@@ -11,9 +11,9 @@ from endpoints.cli import machine_join, machine_ticket, up
 from endpoints.rest.cluster.schemas import MachineChange
 from engine.agent.host_load import AT_A_TIME, PERIOD
 from engine.agent.master_session import LEASE
+from engine.control.master_driver import LEAVE_GRACE
 from engine.master.master import MOVES
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
-from engine.service.master_driver import LEAVE_GRACE
 from engine.specs.cores import MEMORY_PER_CORE
 from engine.specs.machine_settings import MOST_LABELS, MachineSettings
 from robots.cli.command_parser import CommandParser

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endpoints.services.services import MIB, RequestLimits
+from endpoints.resources.services import MIB, RequestLimits
 from ppaas.maps.formats.pictures import MAX_PIXELS
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of

@@ -10,16 +10,15 @@ from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
 from engine.container.container import CHECKPOINT_PERIOD
+from engine.control import group_places
+from engine.control.planning_places import IDLE
 from engine.fabric.keys import addressed_key, shared_key
-from engine.links import shared_place
+from engine.links import place_link, shared_place
+from engine.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
-from engine.service import group_places
-from engine.service.links import place_link
-from engine.service.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES
-from engine.service.planning_places import IDLE
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS

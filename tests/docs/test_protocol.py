@@ -13,14 +13,14 @@ from endpoints.cli import up
 from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, STALL
 from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import CLOSED_BY_CLOUD, MESSAGE_TIMEOUT
+from endpoints.resources.services import RequestLimits
 from endpoints.rosbridge import PROBE_TIMEOUT, READY_TIMEOUT, TAKEN_OVER
-from endpoints.services.services import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.agent import fleet_topics
 from engine.container.fleet_bridge import SHARE_PERIOD
+from engine.control.robot_sessions import IDLE
 from engine.links.shared_place import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.master.places import LINGER
-from engine.service.robot_sessions import IDLE
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
 from engine.sessions.host import MAX_AWAY
 from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES

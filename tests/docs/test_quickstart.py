@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from endpoints.accounts.tokens import TOKEN_LIFETIME
+from engine.control.planning_places import IDLE
 from engine.master.places import LINGER
-from engine.service.planning_places import IDLE
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.parameters import read_parameters

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from engine.control.planning_places import PATIENCE
 from engine.master.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER
 from engine.master.quotas import QUOTAS, Quota
-from engine.service.planning_places import PATIENCE
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 

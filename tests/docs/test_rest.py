@@ -8,8 +8,8 @@ from pathlib import Path
 import httpx
 import pytest
 
+from endpoints.resources.services import MIB, RequestLimits
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
-from endpoints.services.services import MIB, RequestLimits
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap

@@ -21,9 +21,9 @@ from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.audit.file_log import PER_KEY
 from endpoints.audit.files import FILES, MAX_SIZE
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
+from engine.control import robot_navigation
 from engine.rights.roles import Role, check_may_publish
-from engine.service import robot_navigation
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.mapping.serialization.mapping_file import pack_mapping

@@ -12,13 +12,13 @@ from fastapi import FastAPI
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
+from endpoints.resources.services import Services
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
-from endpoints.services.services import Services
 from endpoints.sharing.access import DESCRIPTION, GOALS, LOCALIZATION, PARAMETERS, TOLD
+from engine.control import robot_navigation
 from engine.rights.access import CONFIGURING, READING
 from engine.rights.globs import MAX_GLOBS
-from engine.service import robot_navigation
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS

@@ -8,8 +8,8 @@ import pytest
 
 from endpoints.cli import machine_ticket, up
 from engine.agent.master_session import LEASE
+from engine.control.master_driver import RETURN_TIMEOUT
 from engine.leadership.leadership import TIMING
-from engine.service.master_driver import RETURN_TIMEOUT
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import machine
 from tests.support.documents import blocks, text_of

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from endpoints.accounts.tokens import TokenCache
 from endpoints.cli import store as command
-from endpoints.processes import server
-from endpoints.services.services import MapHeadCache
+from endpoints.cloud_processes import server
+from endpoints.resources.services import MapHeadCache
 from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
 from storage.cassandra.plans.entries import GRACE

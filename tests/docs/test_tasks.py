@@ -9,7 +9,7 @@ import pytest
 
 from endpoints.rest import tasks
 from endpoints.rest.tasks import TaskFile
-from engine.service.tasks import group, runner
+from engine.control.tasks import group, runner
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap

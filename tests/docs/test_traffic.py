@@ -6,7 +6,7 @@ from typing import get_args
 import msgspec
 import pytest
 
-from engine.service import group_places
+from engine.control import group_places
 from ppaas.clone.driving import DrivingInTraffic
 from ppaas.nodes.granted_move_base.traffic_link import NODE_SILENCE
 from ppaas.traffic.granted_way import STRAY

@@ -22,7 +22,7 @@ from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, ConnectionState
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from robots import cli
 from robots.client.cloud_url import path_of
 from robots.client.move_base import MoveBaseClient
@@ -187,7 +187,7 @@ async def test_the_robot_of_an_agv_is_connected_while_its_agv_is(
     await publish_map(rest, "agv_hall", office_map)
     bridge.start()
     agv = SimpleAgv(free_pose(office_map, seed=61), map_id="hall-1")
-    address = Address.of(Version.V3_0, AGV["manufacturer"], "truck-1")
+    address = AgvAddress.of(Version.V3_0, AGV["manufacturer"], "truck-1")
     headers = HeaderCounter(Version.V3_0, address)
 
     async def connected() -> bool:

@@ -14,7 +14,7 @@ from docs.site.pages import GENERATED, project_pages
 from endpoints.accounts.accounts import Accounts
 from endpoints.app import OPERATIONS, create_app
 from endpoints.http.front_settings import FrontSettings
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.cloud.browser import DESK, PHONE, browsing, looking

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from endpoints.processes import serving
+from endpoints.cloud_processes import serving
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status

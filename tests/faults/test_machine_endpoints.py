@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from benchmarks.harness.free_ports import free_ports
-from endpoints.processes import serving
+from endpoints.cloud_processes import serving
 from ppaas.errors import Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status

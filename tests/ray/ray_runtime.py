@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from engine.fabric.router import RouterProcess
+from engine.links.control_server import ControlServer
 from engine.protocols import control_link
 from engine.protocols.address import TlsAddress
 from engine.remote.cluster_settings import ContainerSettings
@@ -20,7 +21,6 @@ from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.watcher_process import RayMachines, WatcherProcess
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS
-from engine.service.links.control_server import ControlServer
 from engine.specs.containers import Launch, MapVersion
 from engine.specs.start_state import KernelProgress
 from ppaas.errors import PPaaSError, Unavailable, rebuild

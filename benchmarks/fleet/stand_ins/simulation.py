@@ -15,7 +15,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
-from ppaas.traffic.coordinator import Coordinator, restore
+from ppaas.traffic.coordinator import TrafficCoordinator, restore
 from ppaas.traffic.settings import TrafficParameters
 
 Places = NDArray[np.float64]
@@ -66,7 +66,7 @@ def _gaps(before: Places, after: Places, radii: NDArray[np.float64]) -> NDArray[
 # -- network between robots and traffic node ---------------------------------------------------------------------------
 
 
-class Network:
+class LossyNetwork:
     """Messages that arrive late or not at all; a later one may arrive before an earlier one.
 
     Parameters
@@ -165,10 +165,10 @@ class Simulation:
 
     def __post_init__(self) -> None:
         self.rng = Random(self.seed)
-        self.network = Network(self.rng, self.delay, self.loss)
+        self.network = LossyNetwork(self.rng, self.delay, self.loss)
         self.robots: list[StandIn] = []
         self._names: dict[str, StandIn] = {}
-        self.coordinator: Coordinator | None = Coordinator(lambda *_: self.hall, self.parameters)
+        self.coordinator: TrafficCoordinator | None = TrafficCoordinator(lambda *_: self.hall, self.parameters)
         self.contacts = Contacts()
         self.longest = self.stood = 0.0
         self.deadlocks, self._got_on = 0, self.now
@@ -194,9 +194,9 @@ class Simulation:
         """Let the coordinator die."""
         self.coordinator = None
 
-    def start_node(self, epoch: int = 0, state: bytes = b"") -> Coordinator:
+    def start_node(self, epoch: int = 0, state: bytes = b"") -> TrafficCoordinator:
         """Start another coordinator, which knows nothing but an epoch, or what is in a checkpoint; return it."""
-        self.coordinator = coordinator = Coordinator(lambda *_: self.hall, self.parameters, epoch, self.now)
+        self.coordinator = coordinator = TrafficCoordinator(lambda *_: self.hall, self.parameters, epoch, self.now)
         if state:
             restore(coordinator, state, self.now)
         return coordinator

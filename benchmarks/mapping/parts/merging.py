@@ -44,7 +44,7 @@ AGAINST = {
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DriveLog:
     """Log, with what is known of it.
 
     Parameters
@@ -71,17 +71,17 @@ def measure(options: SlamOptions) -> PartResult:
     return PartResult([figure for result in results for figure in figures_of(result)], list(map(row, results)), results)
 
 
-def read_drive(path: Path) -> Drive:
+def read_drive(path: Path) -> DriveLog:
     """Return the log of a file, with the relations of the file beside it."""
     beside = relations_of(path)
     relations = parse_relations(beside.read_text("ascii")) if beside.is_file() else None
-    return Drive(name_of(path), read_scan_log(path), None, relations)
+    return DriveLog(name_of(path), read_scan_log(path), None, relations)
 
 
-def office_drive() -> Drive:
+def office_drive() -> DriveLog:
     """Return a drive through the office."""
     drive = drive_of(OFFICE, 0)
-    return Drive(f"{OFFICE} 0", drive.log, drive.true)
+    return DriveLog(f"{OFFICE} 0", drive.log, drive.true)
 
 
 def warm_up() -> None:
@@ -90,7 +90,7 @@ def warm_up() -> None:
     merge(mapping_of(map_log(first)), mapping_of(map_log(second)))
 
 
-def halves(drive: Drive, folder: Path) -> dict[str, Any]:
+def halves(drive: DriveLog, folder: Path) -> dict[str, Any]:
     """Return the time and the errors of a merge of the halves of a drive; see `mapped` for the folder."""
     log = drive.log
     first, second = (map_log(part) for part in divided(log))

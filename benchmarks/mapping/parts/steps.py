@@ -12,7 +12,7 @@ from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Blur, Window, build_pyramid, search
+from ppaas.mapping.closures.branch_and_bound import Blur, MotionWindow, build_pyramid, search
 from ppaas.mapping.closures.kernels.points import gather
 from ppaas.mapping.kernels.correlation import search as exhaustive_search
 from ppaas.mapping.key_frames import KeyFrames
@@ -102,7 +102,7 @@ def drive(log: ScanLog) -> tuple[KeyFrames, Latencies]:
 def searches(frames: KeyFrames) -> dict[str, Any]:
     """Search scans in the key frames around them, from a wrong pose, by branch and bound and exhaustively."""
     random, times, exhaustive, found = np.random.default_rng(0), [], [], []
-    window = Window(SEARCHED / 2.0, SEARCHED / 2.0, np.radians(TURN) / 2.0, TURN_STEP)
+    window = MotionWindow(SEARCHED / 2.0, SEARCHED / 2.0, np.radians(TURN) / 2.0, TURN_STEP)
     for source in random.integers(TARGET, len(frames) - TARGET, SEARCHES + 1).tolist():
         target = slice(source - TARGET, source)
         wrong = random.uniform(-0.9, 0.9, 3) * (window.x, window.y, window.turn)

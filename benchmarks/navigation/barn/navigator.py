@@ -121,7 +121,7 @@ WINDOW = 10.0
 """Edge of the local costmap [m]."""
 
 
-class Navigator:
+class BarnNavigator:
     """Drives to a goal by odometry and laser alone; its frame is the odometry frame at the start.
 
     Parameters

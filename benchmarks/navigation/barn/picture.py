@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.harness.map_figure import empty_figure, show_cells
 from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import FOOTPRINT
-from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.navigator import PERIOD, BarnNavigator
 from benchmarks.navigation.barn.run import BarnJob, BarnResult, drive
 from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, BarnWorld
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, Costmap
@@ -41,7 +41,7 @@ def write_picture(path: Path, job: BarnJob) -> None:
     """
     poses, costs = [START], []
 
-    def watch(environment: Environment, navigator: Navigator) -> None:
+    def watch(environment: Environment, navigator: BarnNavigator) -> None:
         poses.append(environment.pose)
         costs.append(navigator.costs)
 

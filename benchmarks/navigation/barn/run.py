@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.harness.parallel_runs import run_all
 from benchmarks.navigation.barn.environment import DT, Environment
 from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MAX_ANGULAR, MAX_LINEAR, NOISE, WIDTH
-from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.navigator import PERIOD, BarnNavigator
 from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, TIME_LIMIT, BarnWorld
 from ppaas.geometry import Pose2D
 from robots.sim.drivetrain import DrivetrainModel
@@ -19,7 +19,7 @@ REVERSE = -0.5
 """Maximum reverse velocity [m/s]."""
 
 
-def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> Navigator:
+def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> BarnNavigator:
     """Return a navigator that uses a local planner.
 
     Parameters
@@ -31,7 +31,7 @@ def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> Naviga
     drive : DrivetrainModel
         Known properties of the motors: speeds, accelerations, delay and lag.
     """
-    return Navigator(goal, planner, _parameters(planner, drive))
+    return BarnNavigator(goal, planner, _parameters(planner, drive))
 
 
 def _parameters(planner: str, drive: DrivetrainModel) -> dict[str, Any]:
@@ -103,7 +103,7 @@ class BarnResult:
         return self.best_time / float(np.clip(self.seconds, 2.0 * self.best_time, 8.0 * self.best_time))
 
 
-Watch = Callable[[Environment, Navigator], None]
+Watch = Callable[[Environment, BarnNavigator], None]
 
 
 def drive(job: BarnJob, watch: Watch | None = None) -> BarnResult:

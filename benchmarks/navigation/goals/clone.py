@@ -29,7 +29,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Work, run_inline
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.planners.base import PlanResult
-from robots.sim.driver import Schedule, SensorRates
+from robots.sim.driver import FixedRate, SensorRates
 from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 
@@ -44,7 +44,7 @@ RECOVERING = "recovering by"
 
 
 @dataclass(frozen=True, slots=True)
-class GoalEnd:
+class CloneGoalEnd:
     """End of a goal: final status of the action, and its text."""
 
     status: Status
@@ -73,7 +73,7 @@ class InProcessClone:
     ----------
     recoveries : int
         Number of recoveries that Move Base began.
-    end : GoalEnd or None
+    end : CloneGoalEnd or None
         End of the last goal; None until it has ended.
     particles : (n, 3) array
         Last particles of localization: x, y [m], theta [rad].
@@ -97,7 +97,7 @@ class InProcessClone:
         robot: str = "robot",
     ) -> None:
         self.recoveries = 0
-        self.end: GoalEnd | None = None
+        self.end: CloneGoalEnd | None = None
         self.particles: NDArray[np.float64] = np.empty((0, 3))
         self.plan: PlanResult | None = None
         self._clock = clock
@@ -169,7 +169,7 @@ class InProcessClone:
             case GoalStatusArray():
                 self._note(message.status_list[-1].text if message.status_list else "")
             case MoveBaseActionResult():
-                self.end = GoalEnd(Status(message.status.status), message.status.text)
+                self.end = CloneGoalEnd(Status(message.status.status), message.status.text)
 
     def _note(self, text: str) -> None:
         if text.startswith(RECOVERING) and text != self._text:
@@ -192,7 +192,7 @@ class ClonedRobot:
         self.body = self._simulated = body
         self._world, self.clone = world, clone
         rates = SensorRates()
-        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+        self._odometry, self._scan = FixedRate(rates.odom, 0.0), FixedRate(rates.scan, 0.0)
 
     def step(self) -> None:
         """Pass odometry and scans that are due to the clone, and its command to the wheels."""

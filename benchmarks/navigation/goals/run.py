@@ -21,7 +21,7 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.robot_model.known_models import robot_model
 from robots.demo.contact_referee import Referee
 from robots.sim.courses import GoalRules
-from robots.sim.driver import Schedule, SensorRates
+from robots.sim.driver import FixedRate, SensorRates
 from robots.sim.robot import SimulatedRobot
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
@@ -134,7 +134,7 @@ class Trip:
         self.referee = Referee(self.world, self.robot)
         self._told = job.told
         rates = SensorRates()
-        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+        self._odometry, self._scan = FixedRate(rates.odom, 0.0), FixedRate(rates.scan, 0.0)
 
     def step(self) -> None:
         """Simulate a step: pass the robot's sensor data to the clone, and the clone's command to the wheels."""

@@ -12,7 +12,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.people_coordination import SEEN, FollowOrder, PeopleReport, PeopleState
-from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.coordinator import PeopleCoordinator
 from ppaas.people.settings import PeopleSettings
 from ppaas.planners.field.cost_field import cost_field
 
@@ -68,7 +68,7 @@ class NearestRobot:
             return None
 
 
-class Group:
+class CoordinatedGroup:
     """Coordinator of some robots, with a policy.
 
     Parameters
@@ -88,7 +88,7 @@ class Group:
     """
 
     def __init__(self, costmap: Costmap, policy: Policy, settings: PeopleSettings | None = None) -> None:
-        self.coordinator = Coordinator(costmap, settings or PeopleSettings())
+        self.coordinator = PeopleCoordinator(costmap, settings or PeopleSettings())
         self.refused: list[str] = []
         self.cycles: list[float] = []
         self._policy = policy

@@ -11,7 +11,7 @@ from benchmarks.people.runs.job import PeopleJob
 from benchmarks.people.runs.run import run
 from benchmarks.people.runs.scene import PeopleScene
 from ppaas.maps.grid import GridMap
-from robots.demo.people_score import Frame, Handovers
+from robots.demo.people_score import Handovers, ScoredFrame
 from robots.pictures.figure_file import write_figure
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Tracks:
         self.handovers: list[Handover] = []
         self._counter = Handovers()
 
-    def watch(self, scene: PeopleScene, frame: Frame) -> None:
+    def watch(self, scene: PeopleScene, frame: ScoredFrame) -> None:
         """Record a state of the coordinator and the truth at that time."""
         if scene.truth is None or scene.state is None:
             return

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.people.runs.job import PeopleJob, PeopleResult
 from benchmarks.people.runs.scene import PeopleScene
 from ppaas.clock import monotonic
-from robots.demo.people_score import Frame, PeopleScore
+from robots.demo.people_score import PeopleScore, ScoredFrame
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class TrackRecord:
         self._number_of: dict[int, int] = {}
         self._person_number: dict[int, int] = {}
 
-    def take(self, frame: Frame, people: Floats) -> None:
+    def take(self, frame: ScoredFrame, people: Floats) -> None:
         """Add a time: its frame, and the true positions of all people (n, 2) [m]."""
         in_view = np.flatnonzero(frame.in_view)
         person_of = np.array([frame.person_of.get(identity, -1) for identity in frame.identities], dtype=np.int64)
@@ -73,7 +73,7 @@ def _numbered(numbers: dict[int, int], ids: Sequence[int] | NDArray[np.int64]) -
     return np.array([numbers.setdefault(int(each), len(numbers)) for each in ids], dtype=np.int64)
 
 
-Watch = Callable[[PeopleScene, Frame], None]
+Watch = Callable[[PeopleScene, ScoredFrame], None]
 """Called with the scene and its last frame after each state of the coordinator."""
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.people.runs.faults import BEGIN, DOUBTFUL, MIRRORS, ROBOT, fault_of
-from benchmarks.people.runs.group import Group
+from benchmarks.people.runs.group import CoordinatedGroup
 from benchmarks.people.runs.job import PeopleJob
 from benchmarks.people.runs.robot import MODEL, Patrol, PeopleRobot
 from ppaas.costmap.build_layers import build_layers
@@ -21,7 +21,7 @@ from robots.demo.people_score import HALF, Truth
 from robots.demo.people_world import build_world, present, visible_shares
 from robots.sim.bodies.furniture import mirror
 from robots.sim.depth.camera import DepthCameraModel
-from robots.sim.driver import Schedule
+from robots.sim.driver import FixedRate
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 
@@ -105,7 +105,7 @@ class PeopleScene:
         if job.fault == MIRRORS:
             hang_mirrors(self.world, ways, MIRRORS_ON_WALLS)
         layers = build_layers(job.grid, robot_radius=robot_model(MODEL).robot_radius, keepout=keepout)
-        self.group = Group(layers.costmap, job.policy)
+        self.group = CoordinatedGroup(layers.costmap, job.policy)
         self.robots = [
             PeopleRobot(self.world, number, layers, detections=job.detections, report=self._report)
             for number in range(job.robots)
@@ -119,7 +119,7 @@ class PeopleScene:
                 robot.use_view(TRUE_VIEW)
         self._fault = fault_of(job.fault)
         self._rng = rng
-        self._tick = Schedule(RATE, 0.0)
+        self._tick = FixedRate(RATE, 0.0)
 
     def step(self) -> bool:
         """Simulate a step of the world; return whether `state` and `truth` are new."""

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.services import Services
 from endpoints.rest.cluster.schemas import ContainerAnswer
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import ContainerId
@@ -13,9 +14,8 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Cores, RequestBody
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
-from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import reach, robots_shared_with
-from engine.service.views import ContainerView
+from engine.control.views import ContainerView
 from ppaas.errors import NotFound, Unavailable
 from storage.records import User
 from storage.sharing_records import ShareRole

@@ -7,7 +7,7 @@ from endpoints.rest.dependencies import Admin, Paged, Provided
 from endpoints.rest.names import EndpointId
 from endpoints.rest.openapi import ADMIN, problems
 from endpoints.rest.paging import Page
-from engine.service.views import EndpointView
+from engine.control.views import EndpointView
 from ppaas.errors import NotFound
 
 router = APIRouter(prefix="/endpoints", tags=["endpoints"])

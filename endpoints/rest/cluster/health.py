@@ -6,11 +6,11 @@ import msgspec
 from fastapi import APIRouter, Request
 
 from endpoints.accounts.authentication import authenticate
+from endpoints.resources.services import Services
+from endpoints.resources.store_health import DiskState, StoreState, disk_state
 from endpoints.rest.cluster.schemas import HealthAnswer, ReadyAnswer
 from endpoints.rest.dependencies import Provided
 from endpoints.rest.openapi import problems
-from endpoints.services.services import Services
-from endpoints.services.store_health import DiskState, StoreState, disk_state
 from engine.leadership.leadership import MASTER
 from engine.specs.start_state import StartState
 from ppaas import __version__

@@ -5,14 +5,14 @@ from typing import Annotated, Any
 import msgspec
 from fastapi import APIRouter, Body, Query
 
+from endpoints.resources.services import Services
 from endpoints.rest.cluster.schemas import AdmittedMachine, MachineAnswer, MachineChange
 from endpoints.rest.dependencies import Admin, Paged, Provided
 from endpoints.rest.names import MachineId
 from endpoints.rest.openapi import ADMIN, BODY, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
-from endpoints.services.services import Services
-from engine.service.views import MachineView
+from engine.control.views import MachineView
 from engine.specs.machine_settings import MachineSettings
 from ppaas.decoding import converted
 from ppaas.errors import NotFound

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from endpoints.resources.publications import ProgressFile, Stage
 from endpoints.rest.maps.map_programs import be_program
-from endpoints.services.publications import ProgressFile, Stage
 from ppaas.errors import InvalidGraph, InvalidMap, QuotaExceeded
 from ppaas.mapping.map_drawing import DrawingSettings, draw_map
 from ppaas.mapping.pipeline.graph_mapper import CLOSURES, finish_mapping

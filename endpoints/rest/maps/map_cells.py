@@ -11,10 +11,10 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import AnyCaller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import KNOWN, problems
-from endpoints.services.services import Services
 from ppaas.maps.formats.map_files import open_grid
 from storage.versions import IMAGE, YAML
 

@@ -9,6 +9,9 @@ from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.requests import note_details, note_object
+from endpoints.resources.heavy_work import callable_in_thread
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import follow_publication
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import IfMatch, check_may_publish, invalidated, opened_map, publish_upload
@@ -17,9 +20,6 @@ from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.heavy_work import callable_in_thread
-from endpoints.services.services import Services
-from endpoints.services.version_removal import follow_publication
 from ppaas.errors import Conflict
 from ppaas.maps.formats.map_files import read_info
 from storage.map_port import OpenMap

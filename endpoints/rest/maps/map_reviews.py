@@ -6,14 +6,14 @@ from fastapi import APIRouter, Path, Request
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.requests import note_details
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import follow_publication
 from endpoints.rest.dependencies import Caller, Paged, Provided, owned_head, readable_head
 from endpoints.rest.maps.schemas import Approval, MapReviewAnswer, MapSummary, RefusalOfVersion
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import Services
-from endpoints.services.version_removal import follow_publication
 from ppaas.clock import epoch
 from ppaas.errors import InvalidParameter, NotFound
 from storage.records import MapRecord, MapReview, Publication

@@ -7,14 +7,14 @@ from fastapi import APIRouter, Query
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import remove_version
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, readable_head
 from endpoints.rest.maps.maps import opened_map, shown_map
 from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, PartFate
 from endpoints.rest.names import MapId, Version, VersionId
 from endpoints.rest.openapi import KNOWN, Responses, problems
 from endpoints.rest.paging import Page
-from endpoints.services.services import Services
-from endpoints.services.version_removal import remove_version
 from ppaas.maps.formats.difference import difference
 from ppaas.maps.formats.image import FORMATS, media_type
 from ppaas.maps.formats.map_files import open_grid

@@ -8,6 +8,8 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.audit.requests import note_details
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import follow_publication
 from endpoints.rest.dependencies import AnyCaller, Caller, Provided, owned_head
 from endpoints.rest.maps.maps import IfMatch, invalidated, matched_version, opened_map
 from endpoints.rest.maps.schemas import CheckedZonesAnswer, PublishedZones
@@ -15,8 +17,6 @@ from endpoints.rest.names import MapId, VersionId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.schemas import Description
 from endpoints.rest.strict_json import is_format, media_type_of
-from endpoints.services.services import Services
-from endpoints.services.version_removal import follow_publication
 from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.maps.formats.map_files import read_info

@@ -9,6 +9,8 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.audit.requests import note_details, note_object
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import follow_publication
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, is_in_use, owned_head
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapReviewAnswer, MapSummary, PublishedMap, RollBack
@@ -18,8 +20,6 @@ from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
-from endpoints.services.services import Services
-from endpoints.services.version_removal import follow_publication
 from endpoints.sharing.named_users import check_readers
 from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch

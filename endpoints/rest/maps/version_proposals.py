@@ -8,13 +8,13 @@ from contextlib import ExitStack
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.formats.difference import difference
 from ppaas.maps.formats.map_files import open_grid
-from storage.records import ConfirmedPlaces, MapChange, MapRecord, MapReview, Publication, User
+from storage.records import ConfirmedPlaces, MapRecord, MapReview, ProposedChange, Publication, User
 from storage.staged_uploads import StagedUpload
 from storage.versions import IMAGE, YAML
 
@@ -58,7 +58,7 @@ async def propose(
     return await services.usage.in_turn(head.owner, _propose, services, upload, proposal, head, change)
 
 
-def _proposable(services: Services, user: User, upload: StagedUpload, map_id: str) -> tuple[MapRecord, MapChange]:
+def _proposable(services: Services, user: User, upload: StagedUpload, map_id: str) -> tuple[MapRecord, ProposedChange]:
     """Return a map of which the user may propose versions, and how an upload differs from its current version."""
     head = services.map_store.map_head(map_id)
     check_may_propose(services, user, head)
@@ -66,7 +66,7 @@ def _proposable(services: Services, user: User, upload: StagedUpload, map_id: st
 
 
 def _propose(
-    services: Services, upload: StagedUpload, proposal: Publication, head: MapRecord, change: MapChange
+    services: Services, upload: StagedUpload, proposal: Publication, head: MapRecord, change: ProposedChange
 ) -> MapReview:
     with services.usage.new_map(services, head.owner, head.id, upload):
         review = services.map_store.propose(upload, proposal, base=head.version, change=change)
@@ -74,14 +74,14 @@ def _propose(
     return review
 
 
-def _change(services: Services, upload: StagedUpload, head: MapRecord) -> MapChange:
+def _change(services: Services, upload: StagedUpload, head: MapRecord) -> ProposedChange:
     """Return the difference from the current version; a version without a grid is compared with nothing."""
     if YAML not in upload.files or YAML not in head.present.files:
-        return MapChange()
+        return ProposedChange()
     with ExitStack() as stack:
         current = stack.enter_context(services.map_store.open_map(head.id, head.version, only=(YAML, IMAGE)))
         new = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
         found = difference(open_grid(*current.grid()), new)
     counts = found.counts
     boxes = tuple((one.column, one.row, one.width, one.height) for one in found.rectangles)
-    return MapChange(counts.occupied, counts.free, counts.known, counts.unknown, boxes)
+    return ProposedChange(counts.occupied, counts.free, counts.known, counts.unknown, boxes)

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.people.settings import change_settings, follow
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
@@ -20,8 +21,7 @@ from endpoints.rest.people.schemas import (
     PeopleSettingsFile,
 )
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
-from endpoints.services.services import Services
-from engine.service.views import PeopleGroupView
+from engine.control.views import PeopleGroupView
 from ppaas.errors import InvalidParameter, NotFound, Unavailable
 from ppaas.people.settings import PeopleSettings
 

@@ -11,12 +11,12 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.people.counting import collect_counts
 from endpoints.people.retention import oldest_hour
 from endpoints.people.settings import forget_counts
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
 from endpoints.rest.people.schemas import CountAnswer
-from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from storage.people import BEFORE_ALL, HOUR, LAST_HOUR, PeopleCount

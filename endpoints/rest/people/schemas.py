@@ -6,10 +6,17 @@ from pydantic import ConfigDict, Field, StrictBool, StrictInt
 
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
-from engine.service.views import PeopleGroupView
+from engine.control.views import PeopleGroupView
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState, TrackedPerson
 from ppaas.people.rules.registry import rule_names
-from ppaas.people.settings import LONGEST_RETENTION, MOST_CORNERS, MOST_TARGETS, MOST_ZONES, PeopleSettings, Zone
+from ppaas.people.settings import (
+    LONGEST_RETENTION,
+    MOST_CORNERS,
+    MOST_TARGETS,
+    MOST_ZONES,
+    CountingZone,
+    PeopleSettings,
+)
 from ppaas.plans.path_service import MAX_COORDINATE
 
 MAX_PERSON = (1 << 53) - 1
@@ -62,7 +69,7 @@ class PeopleSettingsFile(RequestBody):
     def settings(self) -> PeopleSettings:
         """Return the settings; ``InvalidInput`` if two zones have the same name."""
         fields = self.model_dump()
-        zones = [Zone(zone["name"], [(x, y) for x, y in zone["corners"]]) for zone in fields["zones"]]
+        zones = [CountingZone(zone["name"], [(x, y) for x, y in zone["corners"]]) for zone in fields["zones"]]
         return PeopleSettings(**fields | {"zones": zones})
 
 

@@ -11,10 +11,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from endpoints.accounts.authentication import bearer_of
 from endpoints.accounts.tokens import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
+from endpoints.resources.services import Services
 from endpoints.rest.names import is_plugin_name
 from endpoints.rest.plans.planning import plan_and_store
 from endpoints.rest.plans.representations import PoseForm, Representation, preferred
-from endpoints.services.services import Services
 from ppaas.errors import PPaaSError
 from ppaas.plans.path_service import PathRequest
 from storage.names import is_name

@@ -13,7 +13,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.plans.planning import check_timeout
 from endpoints.rest.schemas import Labels, Number, Pose, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
-from engine.service.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED, FleetRequest
+from engine.control.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED, FleetRequest
 from engine.specs.containers import MapVersion
 from ppaas.decoding import converted
 

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.user_lookup import find_user
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId, PlanId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
@@ -25,7 +26,6 @@ from endpoints.rest.plans.schemas import (
 )
 from endpoints.rest.plans.stored_plans import check_may_change, summary_of, visible_plan
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
-from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import is_author, plans_shown
 from ppaas.clock import epoch
 from ppaas.errors import NotFound

@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
+from endpoints.resources.services import RequestLimits, Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
@@ -21,8 +22,7 @@ from endpoints.rest.plans.representations import Representation, asked, describe
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import RequestLimits, Services
-from engine.service.planning.requests import CostRequest
+from engine.control.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.decoding import converted

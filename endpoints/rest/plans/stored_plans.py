@@ -6,13 +6,13 @@ from fastapi import APIRouter, Depends
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
 from endpoints.rest.names import MapId, PlanId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.plans.representations import Representation, asked, described
 from endpoints.rest.plans.schemas import PlanAnswer, PlanSummary
-from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import is_author, plans_shown
 from ppaas.errors import NotFound, NotPermitted
 from storage.plan_checks import array_of

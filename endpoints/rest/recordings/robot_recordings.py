@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import FileResponse
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Administered, AnyCaller, Driven, Looked, Paged, Provided
 from endpoints.rest.maps.map_programs import run_program
 from endpoints.rest.names import Name
@@ -21,7 +22,6 @@ from endpoints.rest.paging import Page
 from endpoints.rest.recordings.file_response import OpenFileResponse
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.errors import NotFound, Unavailable
 from ppaas.messages.base.message import Empty

@@ -7,12 +7,12 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.news import RobotFacts
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Looked, Provided, readable_head
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.schemas import ResponseBody
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.news import RobotFacts
-from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import AbsenceFacts, Observations

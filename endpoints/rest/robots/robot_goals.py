@@ -12,7 +12,7 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
-from engine.service.views import GoalState, GoalView
+from engine.control.views import GoalState, GoalView
 from ppaas.geometry import Pose2D
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)

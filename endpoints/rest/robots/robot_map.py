@@ -13,6 +13,12 @@ from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.requests import note_details
+from endpoints.resources.heavy_work import callable_in_thread
+from endpoints.resources.news import RobotFacts
+from endpoints.resources.publications import ProgressFile, RunningPublication, Stage
+from endpoints.resources.robot_files import whole_file
+from endpoints.resources.services import Services
+from endpoints.resources.version_removal import follow_publication
 from endpoints.rest.dependencies import Administered, Caller, Looked, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import check_may_publish, invalidated, publish_upload
@@ -22,12 +28,6 @@ from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.heavy_work import callable_in_thread
-from endpoints.services.news import RobotFacts
-from endpoints.services.publications import ProgressFile, Publication, Stage
-from endpoints.services.robot_files import whole_file
-from endpoints.services.services import Services
-from endpoints.services.version_removal import follow_publication
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
@@ -131,7 +131,7 @@ async def publish_robot_map(
 
 
 async def _publish(
-    services: Services, user: User, robot: ReachedRobot, wanted: PublishRequest, publication: Publication
+    services: Services, user: User, robot: ReachedRobot, wanted: PublishRequest, publication: RunningPublication
 ) -> tuple[MapAnswer, MapRecord]:
     file, numbers = await services.posegraphs.fetch(services.cloud.nodes, robot.user, robot.id)
     if not file:
@@ -177,7 +177,7 @@ class _Drawing(NamedTuple):
     services: Services
     wanted: PublishRequest
     numbers: GetPoseGraphResponse
-    publication: Publication
+    publication: RunningPublication
     octomap: Callable[[Motion], bytes]
     store: Callable[[MapForm, StagedUpload], tuple[MapAnswer, MapRecord]]
 

@@ -6,13 +6,13 @@ from fastapi import APIRouter, Response
 from pydantic import ConfigDict, Field, model_validator
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Administered, Caller, Looked, Paged, Provided
 from endpoints.rest.names import Grantee
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import Services
 from endpoints.sharing.named_users import check_grantee
 from endpoints.sharing.shared_robots import ReachedRobot, changed_shares
 from ppaas.errors import InvalidParameter, NotFound

@@ -7,11 +7,11 @@ from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Administered, Looked, Provided
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.robots.schemas import UrdfAnswer
 from endpoints.rest.strict_json import is_format, media_type_of
-from endpoints.services.services import Services
 from engine.specs.clone_to_check import CloneToCheck
 from engine.specs.robot_places import robot_config, robot_place
 from ppaas.errors import InvalidParameter, InvalidRobot, RobotFault

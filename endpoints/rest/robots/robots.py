@@ -11,6 +11,8 @@ from msgspec.structs import replace
 from pydantic import Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources import removal
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Paged, Provided, Removable
 from endpoints.rest.names import Name, RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
@@ -27,8 +29,6 @@ from endpoints.rest.robots.schemas import (
 )
 from endpoints.rest.schemas import RequestBody, ResponseBody, triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
-from endpoints.services import removal
-from endpoints.services.services import Services
 from endpoints.sharing.access import DESCRIPTION, PARAMETERS, access_of, may_hear
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
 from engine.rights.globs import split_address

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Response
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided
 from endpoints.rest.names import GroupId, Name
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, Responses, problems
@@ -15,7 +16,6 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.users.schemas import MAX_GROUPS, distinct
-from endpoints.services.services import Services
 from endpoints.sharing.named_users import check_users
 from endpoints.sharing.shared_robots import end_shares
 from ppaas.errors import InvalidParameter, NotFound

@@ -9,6 +9,8 @@ from endpoints.accounts.accounts import ME, Regroup
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.audit.requests import note_object
+from endpoints.resources import removal
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, used_token
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
@@ -23,10 +25,8 @@ from endpoints.rest.users.schemas import (
     UserDetail,
     distinct,
 )
-from endpoints.services import removal
-from endpoints.services.services import Services
+from engine.control.views import UserUsage
 from engine.master.quotas import QUOTAS
-from engine.service.views import UserUsage
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
 

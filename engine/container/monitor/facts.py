@@ -16,7 +16,7 @@ REFERENCE_CLOCK = 1.5
 """Clock of a Raspberry Pi 4 [GHz]."""
 
 
-class Robot(msgspec.Struct, frozen=True):
+class RobotComputer(msgspec.Struct, frozen=True):
     """Computer of a robot, on which nodes may run.
 
     Parameters
@@ -50,7 +50,7 @@ class Robot(msgspec.Struct, frozen=True):
         return self.cores * math.sqrt(self.benchmark * self.clock / REFERENCE_CLOCK)
 
 
-class Link(msgspec.Struct, frozen=True):
+class NetworkLink(msgspec.Struct, frozen=True):
     """Network link between a robot and the cloud.
 
     Parameters
@@ -74,7 +74,7 @@ class Link(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True, slots=True)
-class NodeFacts:
+class MonitoredNode:
     """Facts about a node.
 
     Parameters

@@ -40,7 +40,7 @@ class UnacknowledgedMessages(msgspec.Struct):
         return list(self.messages.values())
 
 
-class NodeLease(msgspec.Struct):
+class GrantedLease(msgspec.Struct):
     """Lease by which the robot runs a node.
 
     Parameters
@@ -70,7 +70,7 @@ class HomeRecord(msgspec.Struct):
         Home in which the node should run.
     score, reasons
         Score and reasons of the verdict for that home.
-    lease : NodeLease, optional
+    lease : GrantedLease, optional
         Lease of the robot; None while the node runs in the cloud.
     cloud_seconds, robot_seconds : History
         Times to process one input in either home [s].
@@ -83,7 +83,7 @@ class HomeRecord(msgspec.Struct):
     wanted: Home = "cloud"
     score: float = 1.0
     reasons: tuple[str, ...] = ("no client has requested it yet",)
-    lease: NodeLease | None = None
+    lease: GrantedLease | None = None
     cloud_seconds: History = msgspec.field(default_factory=History)
     robot_seconds: History = msgspec.field(default_factory=History)
     failure: str = ""

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import msgspec
 
-from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.facts import MonitoredNode, NetworkLink, RobotComputer
 from engine.container.monitor.leased_logs import MOST_BYTES, LeasedLogs, change_of, parts_of
-from engine.container.monitor.leases import HomeRecord, NodeLease, UnacknowledgedMessages
+from engine.container.monitor.leases import GrantedLease, HomeRecord, UnacknowledgedMessages
 from engine.container.monitor.measurements import History, TopicRates
 from engine.container.monitor.node_switch import NodeSwitch
 from engine.container.monitor.parameters import NAME, NodeMonitorParameters
@@ -53,8 +53,8 @@ MAX_STATE = 1 << 20
 class MonitorState(msgspec.Struct):
     """Checkpoint of the node monitor."""
 
-    robot: Robot | None
-    link: Link | None
+    robot: RobotComputer | None
+    link: NetworkLink | None
     round_trips: History
     leases: int
     records: dict[str, HomeRecord]
@@ -102,8 +102,8 @@ class NodeMonitorNode(Node):
         self._switch = switch
         self._rates = rates
         self._parameters = parameters
-        self._robot: Robot | None = None
-        self._link: Link | None = None
+        self._robot: RobotComputer | None = None
+        self._link: NetworkLink | None = None
         self._round_trips = History()
         self._leases = 0
         self.logs = LeasedLogs()
@@ -140,8 +140,8 @@ class NodeMonitorNode(Node):
 
     def _tell_robot(self, message: Message) -> Message:
         robot = expect(message, TellRobotRequest)
-        self._robot = Robot(robot.cores, robot.clock, robot.benchmark, tuple(robot.nodes))
-        self._link = Link(robot.rtt, robot.bandwidth)
+        self._robot = RobotComputer(robot.cores, robot.clock, robot.benchmark, tuple(robot.nodes))
+        self._link = NetworkLink(robot.rtt, robot.bandwidth)
         self._round_trips = History([robot.rtt])
         return TellRobotResponse(self._switch.config, self._robot.power)
 
@@ -189,7 +189,7 @@ class NodeMonitorNode(Node):
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
-        record.lease = NodeLease(self._leases, state, self.context.elapsed(), unheard)
+        record.lease = GrantedLease(self._leases, state, self.context.elapsed(), unheard)
         logger.info("%s continues on the robot", node)
         self._publish_homes()
         return HoldNodeResponse(record.lease.number, state, log=parts_of(self.logs.of(node)))
@@ -231,16 +231,16 @@ class NodeMonitorNode(Node):
 
     # -- facts for verdicts --------------------------------------------------------------------------------------------
 
-    def _link_now(self) -> Link | None:
+    def _link_now(self) -> NetworkLink | None:
         rtt = self._round_trips.median
-        return self._link if self._link is None or rtt is None else Link(rtt, self._link.bandwidth)
+        return self._link if self._link is None or rtt is None else NetworkLink(rtt, self._link.bandwidth)
 
-    def _facts(self, node: str) -> NodeFacts:
+    def _facts(self, node: str) -> MonitoredNode:
         demands, record = self._switch.nodes(), self._records[node]
         own = demands[node]
         others = [d.compute for n, d in demands.items() if d and n != node and self._records[n].lease is not None]
         recent = 0.0 <= self.context.now() - record.failed < self._parameters.retry_after
-        return NodeFacts(
+        return MonitoredNode(
             node,
             own,
             self._rates.of(own.rates) if own is not None else {},
@@ -298,7 +298,7 @@ class NodeMonitorNode(Node):
             self._put_in(node, lease)
         self._publish_homes()
 
-    def _put_in(self, node: str, lease: NodeLease) -> None:
+    def _put_in(self, node: str, lease: GrantedLease) -> None:
         try:
             self._switch.put_in(node, lease.state, self.logs.end(node))
         except PPaaSError as error:

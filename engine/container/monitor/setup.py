@@ -10,7 +10,7 @@ from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.node_switch import GraphNodeSwitch
 from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
-from ppaas.diagnosis.observations.topic_table import Traffic
+from ppaas.diagnosis.observations.topic_table import TrafficCounter
 from ppaas.nodes.graph import Graph
 from ppaas.recording.parameters import NAME as RECORDER
 
@@ -33,7 +33,7 @@ class ContainerMonitor:
         Called when nodes were added or removed.
     rates : TopicRates
         Data rates of topics.
-    traffic : Traffic
+    traffic : TrafficCounter
         Counts of the messages that the container receives.
 
     Raises
@@ -45,7 +45,7 @@ class ContainerMonitor:
     def __init__(self, graph: Graph, robot: RobotConfig, build: Callable[[Sequence[str]], None]) -> None:
         self.changed: Callable[[], None] = lambda: None
         self.rates = TopicRates()
-        self.traffic = Traffic()
+        self.traffic = TrafficCounter()
         parameters = monitor_parameters(robot.parameters.get(NAME, {}))
         switch = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
         self._node = graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))

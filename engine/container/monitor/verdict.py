@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from engine.container.monitor.facts import Home, Link, NodeFacts, Robot
+from engine.container.monitor.facts import Home, MonitoredNode, NetworkLink, RobotComputer
 from engine.container.monitor.parameters import Criterion, NodeMonitorParameters
 from ppaas.nodes.base import Demands
 
@@ -23,9 +23,9 @@ class Vote(NamedTuple):
 class CriterionInput(NamedTuple):
     """Input of a criterion; the link is None while it is not measured."""
 
-    robot: Robot
-    link: Link | None
-    node: NodeFacts
+    robot: RobotComputer
+    link: NetworkLink | None
+    node: MonitoredNode
     demands: Demands
     parameters: NodeMonitorParameters
 
@@ -105,7 +105,9 @@ class HomeVerdict(NamedTuple):
     reasons: tuple[str, ...]
 
 
-def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: NodeMonitorParameters) -> HomeVerdict:
+def judge(
+    robot: RobotComputer | None, link: NetworkLink | None, node: MonitoredNode, parameters: NodeMonitorParameters
+) -> HomeVerdict:
     """Return the verdict on the home of a node.
 
     Each criterion has twice the weight of the next in the list of priorities: a clear vote of the first criterion
@@ -113,11 +115,11 @@ def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: N
 
     Parameters
     ----------
-    robot : Robot, optional
+    robot : RobotComputer, optional
         The robot's computer; None if the robot runs no nodes.
-    link : Link, optional
+    link : NetworkLink, optional
         The link; None while it is not measured.
-    node : NodeFacts
+    node : MonitoredNode
         Facts about the node.
     parameters : NodeMonitorParameters
         Parameters of the node monitor.

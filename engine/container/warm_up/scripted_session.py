@@ -211,7 +211,7 @@ async def _grant(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> 
             stream.write(machine_link.Done(frame.request))
         elif isinstance(frame, machine_link.AskHistory):
             stream.write(machine_link.PlanningHistory(frame.request, [], "warm-up", None))
-        elif isinstance(frame, machine_link.Share):
+        elif isinstance(frame, machine_link.FabricPublish):
             stream.write(machine_link.Shared("warm-up", "another", frame.topic, encode(_ANOTHER)))
     await stream.close()
 
@@ -237,7 +237,7 @@ async def _drive(stream: Stream, heard: set[str]) -> None:
     hello = await _next(stream)
     if isinstance(hello, robot_link.Hello):
         for topic in hello.topics:
-            stream.write(robot_link.Subscribe(topic.name, _CLIENT))
+            stream.write(robot_link.SubscribeTopic(topic.name, _CLIENT))
         stream.write(_ATTACHED)
     robot = SensingRobot()
     sensing = asyncio.create_task(_sense(stream, robot))

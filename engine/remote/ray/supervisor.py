@@ -64,7 +64,7 @@ def read_nodes(table: Iterable[Mapping[str, Any]]) -> list[ClusterNode]:
     return nodes
 
 
-class Usage(Protocol):
+class RayNodeUsage(Protocol):
     """A node in Ray's status of a cluster."""
 
     @property
@@ -75,7 +75,7 @@ class Usage(Protocol):
         """Return the amount of each resource that no work of Ray holds."""
 
 
-def free_cores(node: ClusterNode, status: Iterable[Usage]) -> int:
+def free_cores(node: ClusterNode, status: Iterable[RayNodeUsage]) -> int:
     """Return the number of whole CPUs of a node that no work of Ray holds; none of a node that the status lacks."""
     return sum(int(usage.available_resources().get("CPU", 0.0)) for usage in status if usage.node_id == node.id)
 

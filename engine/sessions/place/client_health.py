@@ -26,7 +26,7 @@ MOST_CONNECTS = 32
 """Largest number of connections of earlier sessions that are kept."""
 
 
-class Queue(Protocol):
+class ClientQueue(Protocol):
     """Messages that wait for a client."""
 
     @property
@@ -55,7 +55,7 @@ class Queue(Protocol):
 @dataclass(frozen=True, slots=True)
 class _Client:
     role: str
-    queue: Queue
+    queue: ClientQueue
 
 
 class ClientHealth:
@@ -73,7 +73,7 @@ class ClientHealth:
         self._past: deque[float] = deque(maxlen=MOST_CONNECTS)
         self._refused: BoundedDict[str, tuple[float, str]] = BoundedDict(MOST_TOPICS)
 
-    def joined(self, client: int, role: str, queue: Queue) -> None:
+    def joined(self, client: int, role: str, queue: ClientQueue) -> None:
         """Note a client with its role, ``robot`` or ``operator``."""
         self._clients[client] = _Client(role, queue)
 

@@ -26,7 +26,7 @@ BURST = 0.1
 """Part of the usual interval within which two messages count as a burst."""
 
 
-class Arrival(NamedTuple):
+class MessageArrival(NamedTuple):
     """Arrival of a message.
 
     Parameters
@@ -48,7 +48,7 @@ class Arrivals:
     """Arrivals of the messages of one topic in the last `WINDOW` seconds."""
 
     def __init__(self) -> None:
-        self._kept: deque[Arrival] = deque(maxlen=MOST)
+        self._kept: deque[MessageArrival] = deque(maxlen=MOST)
         self._newest: BoundedDict[str, float] = BoundedDict(MOST_FRAMES)
         self._backwards: deque[float] = deque(maxlen=MOST)
 
@@ -64,13 +64,13 @@ class Arrivals:
         frame : str
             Frame of the stamp: the stamps of each frame have a separate order.
         """
-        self._kept.append(Arrival(now, wall - stamp if stamp else None, stamp is not None))
+        self._kept.append(MessageArrival(now, wall - stamp if stamp else None, stamp is not None))
         if stamp:
             if stamp < self._newest.get(frame, stamp):
                 self._backwards.append(now)
             self._newest[frame] = stamp
 
-    def recent(self, now: float) -> list[Arrival]:
+    def recent(self, now: float) -> list[MessageArrival]:
         """Return the arrivals of the last `WINDOW` seconds, and forget earlier ones."""
         for kept in (self._kept, self._backwards):
             while kept and now - _time_of(kept[0]) > WINDOW:
@@ -82,11 +82,11 @@ class Arrivals:
         return len(self._backwards)
 
 
-def _time_of(entry: "Arrival | float") -> float:
-    return entry.at if isinstance(entry, Arrival) else entry
+def _time_of(entry: "MessageArrival | float") -> float:
+    return entry.at if isinstance(entry, MessageArrival) else entry
 
 
-def gap_and_burst(recent: list[Arrival], now: float) -> tuple[float | None, float]:
+def gap_and_burst(recent: list[MessageArrival], now: float) -> tuple[float | None, float]:
     """Return the longest time without a message [s], and the share of messages that came in a burst."""
     if len(recent) < 2:
         return None, 0.0
@@ -96,7 +96,7 @@ def gap_and_burst(recent: list[Arrival], now: float) -> tuple[float | None, floa
     return max(*intervals, now - recent[-1].at), close / len(intervals)
 
 
-def lateness(recent: list[Arrival]) -> tuple[float | None, float]:
+def lateness(recent: list[MessageArrival]) -> tuple[float | None, float]:
     """Return the median time since the stamps of the newest messages [s], and its steady growth [s].
 
     Growth is what all parts of the time have in common: a clock that was set once is none.
@@ -115,7 +115,7 @@ def _growth(late: list[float]) -> float:
     return max(min(after - before for before, after in itertools.pairwise(medians)) * PARTS, 0.0)
 
 
-def unstamped(recent: list[Arrival]) -> float:
+def unstamped(recent: list[MessageArrival]) -> float:
     """Return the share of the messages with a stamp whose stamp is zero."""
     stamped = [arrival for arrival in recent if arrival.stamped]
     return sum(arrival.late is None for arrival in stamped) / len(stamped) if stamped else 0.0

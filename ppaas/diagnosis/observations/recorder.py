@@ -209,7 +209,7 @@ TIMED = (topics.SCAN.name, topics.ODOM.name, topics.CMD_VEL.name)
 """Topics whose arrivals are kept."""
 
 
-class Recorder:
+class ObservationRecorder:
     """Observations of one robot, from the moment somebody begins to watch it.
 
     Parameters

@@ -52,7 +52,7 @@ class TopicCount:
     senders: set[int] = field(default_factory=set)
 
 
-class Traffic:
+class TrafficCounter:
     """Counts the messages that a container receives over its robot link."""
 
     def __init__(self) -> None:
@@ -95,12 +95,12 @@ class TopicTable:
 
     Parameters
     ----------
-    traffic : Traffic
+    traffic : TrafficCounter
     now : float
         Monotonic time at which the watch begins [s].
     """
 
-    def __init__(self, traffic: Traffic, now: float) -> None:
+    def __init__(self, traffic: TrafficCounter, now: float) -> None:
         self._traffic = traffic
         self._since = now
         self._past: deque[tuple[float, Counts]] = deque([(now, self._counts())])

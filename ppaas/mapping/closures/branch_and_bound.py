@@ -103,7 +103,7 @@ MOST_LEVELS = 7
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class MotionWindow:
     """Window of motions around the origin of the frame of a search.
 
     Parameters
@@ -175,7 +175,7 @@ class Match:
 def search(
     pyramid: LikelihoodPyramid,
     points: NDArray[np.float64],
-    window: Window,
+    window: MotionWindow,
     least: float = 0.0,
     excluded: Excluded | None = None,
 ) -> Match | None:
@@ -187,7 +187,7 @@ def search(
         Grid of the older points, in the frame of the search.
     points : (n, 2) array
         Points to move, in the frame of the search [m].
-    window : Window
+    window : MotionWindow
     least : float
         The score has to be larger.
     excluded : Excluded, optional

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Window
+from ppaas.mapping.closures.branch_and_bound import MotionWindow
 from ppaas.mapping.closures.kernels.drift import path_moments
 from ppaas.mapping.closures.parameters import ClosureParameters, DriftModel
 from ppaas.mapping.closures.submaps import Submap, travelled
@@ -108,7 +108,7 @@ OVERLAP = 2.0
 """Distance between key frames within which two submaps are expected to show the same place [m]."""
 
 
-class Candidate(NamedTuple):
+class SubmapCandidate(NamedTuple):
     """Older submap to search.
 
     Parameters
@@ -118,7 +118,7 @@ class Candidate(NamedTuple):
     frame : Pose2D
         Frame of the search in the map frame: at the middle of the latest submap, x along the longest axis of the
         covariance.
-    window : Window
+    window : MotionWindow
         Window of motions in that frame.
     wide : bool
         Whether the window is so wide that a match may be ambiguous.
@@ -128,14 +128,14 @@ class Candidate(NamedTuple):
 
     target: int
     frame: Pose2D
-    window: Window
+    window: MotionWindow
     wide: bool
     far: float
 
 
 def find_candidates(
     poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int, parameters: ClosureParameters
-) -> list[Candidate]:
+) -> list[SubmapCandidate]:
     """Return the older submaps that one may overlap, the most probable first.
 
     Parameters
@@ -173,7 +173,7 @@ def _candidate(
     covariance: NDArray[np.float64],
     centre: NDArray[np.float64],
     parameters: ClosureParameters,
-) -> Candidate | None:
+) -> SubmapCandidate | None:
     """Return the candidate for one older submap, or None if it is out of reach."""
     (x, y, turn), angle = search_window(covariance, parameters)
     # Nearest key frame of the older submap, in the axes of the window.
@@ -183,8 +183,10 @@ def _candidate(
     far = float(np.hypot(along / (x + OVERLAP), across / (y + OVERLAP)).min())
     if far >= 1.0:
         return None
-    window = Window(x, y, turn, parameters.heading_step)
-    return Candidate(target, Pose2D(float(centre[0]), float(centre[1]), angle), window, x > parameters.wide_window, far)
+    window = MotionWindow(x, y, turn, parameters.heading_step)
+    return SubmapCandidate(
+        target, Pose2D(float(centre[0]), float(centre[1]), angle), window, x > parameters.wide_window, far
+    )
 
 
 def search_window(

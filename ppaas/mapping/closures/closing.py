@@ -14,13 +14,13 @@ from ppaas.mapping.closures.branch_and_bound import (
     Excluded,
     LikelihoodPyramid,
     Match,
-    Window,
+    MotionWindow,
     build_pyramid,
     search,
 )
-from ppaas.mapping.closures.candidates import Candidate, find_candidates, path_covariances, search_window
+from ppaas.mapping.closures.candidates import SubmapCandidate, find_candidates, path_covariances, search_window
 from ppaas.mapping.closures.check import CheckedScan, ScanCheck
-from ppaas.mapping.closures.closure import Closure, Links, Reason, Refusal, Searched
+from ppaas.mapping.closures.closure import Closure, Links, Reason, RefusedClosure, Searched
 from ppaas.mapping.closures.kernels.points import gather, thin
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
@@ -31,13 +31,13 @@ from ppaas.planar_poses import compose
 
 # -- closures that put a submap at different places, as in corridors with equal doors ----------------------------------
 
-Found = Closure | Refusal
+Found = Closure | RefusedClosure
 
 SAME_TURN = 0.1
 """Difference of headings up to which two closures agree in any case [rad]."""
 
 
-class Contradictions:
+class ClosureComparison:
     """Comparison of closures of one submap.
 
     Parameters
@@ -59,7 +59,7 @@ class Contradictions:
         ----------
         best : Closure
             Closure with the largest score.
-        others : iterable of Closure and Refusal
+        others : iterable of Closure and RefusedClosure
         """
         covariances = None
         for other in others:
@@ -126,7 +126,7 @@ class Rivalry(NamedTuple):
 def rival_match(
     pyramid: LikelihoodPyramid,
     points: NDArray[np.float64],
-    window: Window,
+    window: MotionWindow,
     best: Match,
     least: Rivalry,
 ) -> Match | None:
@@ -151,7 +151,7 @@ class _Pair:
 
     source: Submap
     target: Submap
-    candidate: Candidate
+    candidate: SubmapCandidate
 
 
 class ClosureSearch:
@@ -193,9 +193,9 @@ class ClosureSearch:
                 result.closures.append(found)
             else:
                 result.refusals.append(found)
-        return self._settled(result, Contradictions(poses, edges, self._parameters))
+        return self._settled(result, ClosureComparison(poses, edges, self._parameters))
 
-    def _settled(self, searched: Searched, contradictions: Contradictions) -> Searched:
+    def _settled(self, searched: Searched, contradictions: ClosureComparison) -> Searched:
         """Return the closures that do not contradict the best one; none if a match elsewhere is nearly as good."""
         if not searched.closures:
             return searched
@@ -224,7 +224,7 @@ class ClosureSearch:
         pairs = (self._pair(candidate, submaps, of, again=links is not None) for candidate in candidates[:most])
         return [pair for pair in pairs if pair is not None]
 
-    def _pair(self, candidate: Candidate, submaps: list[Submap], of: int, *, again: bool) -> _Pair | None:
+    def _pair(self, candidate: SubmapCandidate, submaps: list[Submap], of: int, *, again: bool) -> _Pair | None:
         """Return the key frames to match for a candidate; None where its neighbour covers it."""
         between, at = self._parameters.fewest_submaps_between, candidate.target
         side = self._parameters.wide_submaps if candidate.wide or again else 1
@@ -237,7 +237,7 @@ class ClosureSearch:
         last = min(at + side, of - 2 - between - 1)
         return _Pair(source, Submap(submaps[max(0, at - side)].first, submaps[last].end), candidate)
 
-    def _match(self, frames: KeyFrames, poses: NDArray[np.float64], pair: _Pair) -> Closure | Refusal:
+    def _match(self, frames: KeyFrames, poses: NDArray[np.float64], pair: _Pair) -> Closure | RefusedClosure:
         """Return the closure of a pair, or why there is none."""
         parameters, window = self._parameters, pair.candidate.window
         points = self._points(frames, poses, pair)
@@ -245,17 +245,17 @@ class ClosureSearch:
         share = min(1.0, window.x / FULL_SCORE_WINDOW)
         best = search(pyramid, points, window, parameters.loop_match_minimum_response_coarse + MORE_SCORE * share)
         if best is None:
-            return Refusal(pair.source, pair.target, Reason.SCORE, 0.0)
+            return RefusedClosure(pair.source, pair.target, Reason.SCORE, 0.0)
         frame = pair.candidate.frame
         motion = frame @ best.motion @ frame.inverse()
         if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
-            return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
+            return RefusedClosure(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
         moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
         # A narrow window bounds the position along a corridor, so scans may leave it open.
         slides = not pair.candidate.wide
         passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved, slides=slides)
         if len(passed) < parameters.loop_match_minimum_chain_size:
-            return Refusal(pair.source, pair.target, Reason.CHECK, best.score, motion)
+            return RefusedClosure(pair.source, pair.target, Reason.CHECK, best.score, motion)
         return Closure(pair.source, pair.target, edges_of(passed), best.score, motion, pair.candidate.wide)
 
     def _is_ambiguous(self, pyramid: LikelihoodPyramid, points: NDArray[np.float64], pair: _Pair, best: Match) -> bool:

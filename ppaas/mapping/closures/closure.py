@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.candidates import Candidate
+from ppaas.mapping.closures.candidates import SubmapCandidate
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 
@@ -23,7 +23,7 @@ class Reason(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class RefusedClosure:
     """Candidate that was searched and refused.
 
     Parameters
@@ -68,9 +68,9 @@ class Closure:
     motion: Pose2D
     wide: bool
 
-    def refused(self, reason: Reason) -> Refusal:
+    def refused(self, reason: Reason) -> RefusedClosure:
         """Return the refusal of this closure."""
-        return Refusal(self.source, self.target, reason, self.score, self.motion)
+        return RefusedClosure(self.source, self.target, reason, self.score, self.motion)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +80,12 @@ class Searched:
     Parameters
     ----------
     closures : list of Closure
-    refusals : list of Refusal
+    refusals : list of RefusedClosure
         Candidates that were searched in vain.
     """
 
     closures: list[Closure] = field(default_factory=list)
-    refusals: list[Refusal] = field(default_factory=list)
+    refusals: list[RefusedClosure] = field(default_factory=list)
 
 
 # -- submaps that closures join, and passes that are not joined yet ----------------------------------------------------
@@ -121,9 +121,9 @@ class Links:
             for before in range(-BESIDE_TARGET, BESIDE_TARGET + 1)
         )
 
-    def unlinked(self, source: int, candidates: Iterable[Candidate]) -> list[Candidate]:
+    def unlinked(self, source: int, candidates: Iterable[SubmapCandidate]) -> list[SubmapCandidate]:
         """Return the nearest candidate of each earlier pass, where nothing joins the submap with that pass there."""
-        passes: list[list[Candidate]] = []
+        passes: list[list[SubmapCandidate]] = []
         for candidate in sorted(candidates, key=lambda candidate: candidate.target):
             if passes and candidate.target - passes[-1][-1].target <= SAME_PASS:
                 passes[-1].append(candidate)

@@ -44,7 +44,7 @@ _IN_SPACE = ("VERTEX_SE3", "EDGE_SE3", "VERTEX3", "EDGE3", "VERTEX_SIM3", "EDGE_
 
 
 @dataclass
-class LeftOut:
+class OmittedLines:
     """Lines with a tag that were left out.
 
     Parameters
@@ -70,7 +70,7 @@ class Elements:
         Number of the line, ids of both ends, and measurement with the upper triangle of its information.
     fixed : dict of int to int
         Ids of fixed vertices, and the numbers of their lines.
-    left_out : dict of str to LeftOut
+    left_out : dict of str to OmittedLines
         Lines that were left out, by tag.
     of_toro : set of int
         Numbers of the lines of edges of TORO.
@@ -79,7 +79,7 @@ class Elements:
     vertices: dict[int, tuple[float, ...]] = field(default_factory=dict)
     edges: list[tuple[int, tuple[int, ...], tuple[float, ...]]] = field(default_factory=list)
     fixed: dict[int, int] = field(default_factory=dict)
-    left_out: dict[str, LeftOut] = field(default_factory=dict)
+    left_out: dict[str, OmittedLines] = field(default_factory=dict)
     of_toro: set[int] = field(default_factory=set)
 
 
@@ -113,7 +113,7 @@ def _read(elements: Elements, number: int, words: list[str]) -> None:
             f"{VERTEX} and {EDGE}"
         )
     else:
-        elements.left_out.setdefault(tag[:40], LeftOut(number)).count += 1
+        elements.left_out.setdefault(tag[:40], OmittedLines(number)).count += 1
 
 
 def _add(elements: Elements, number: int, words: list[str]) -> None:
@@ -170,7 +170,7 @@ class GraphFile:
         Nodes that the file fixes, in its order.
     unknown_fixed : dict of int to int
         Ids in lines FIX that no vertex has, with the number of the line.
-    left_out : dict of str to LeftOut
+    left_out : dict of str to OmittedLines
         Lines that are not part of the graph, such as landmarks, by tag.
     edges : sequence of sequence of float
         Measurement and information of each edge, as the file has them, in the order of g2o.
@@ -181,7 +181,7 @@ class GraphFile:
     order: tuple[int, ...]
     fixed: tuple[int, ...]
     unknown_fixed: dict[int, int]
-    left_out: dict[str, LeftOut]
+    left_out: dict[str, OmittedLines]
     edges: Sequence[Sequence[float]]
 
     def lines(self) -> Iterator[str]:

@@ -35,7 +35,7 @@ _FAR = 100.0
 
 
 @dataclass
-class State:
+class SolverState:
     """Poses with the errors (m, 3) and squared Mahalanobis distances (m,) of the edges at them."""
 
     poses: PoseArray
@@ -60,9 +60,9 @@ class Minimisation:
         self.state = self.state_at(poses)
         self.solves = 0
 
-    def state_at(self, poses: PoseArray) -> State:
+    def state_at(self, poses: PoseArray) -> SolverState:
         """Return the state at some poses."""
-        state = State(poses, np.empty((len(self._edges.first), 3)), np.empty(len(self._edges.first)))
+        state = SolverState(poses, np.empty((len(self._edges.first), 3)), np.empty(len(self._edges.first)))
         edge_errors(poses, *self._edges[:4], state.errors, state.chi2)
         return state
 
@@ -111,18 +111,18 @@ class Minimisation:
                 return False
         return False
 
-    def _stepped(self, state: State, rule: WeightRule, damping: float, keeps: bool = False) -> State | None:
+    def _stepped(self, state: SolverState, rule: WeightRule, damping: float, keeps: bool = False) -> SolverState | None:
         """Return the state after one linear solve, with the factor of the last one if that is kept."""
         gradients = np.einsum("mij,mj->mi", self._edges.information, state.errors)
         self._equations.linearise(state.poses, self._edges.information, gradients, rule.weights(state.chi2))
         return self._moved(state, damping, keeps)
 
-    def _moved(self, state: State, damping: float, keeps: bool = False) -> State | None:
+    def _moved(self, state: SolverState, damping: float, keeps: bool = False) -> SolverState | None:
         self.solves += 1
         changes = self._equations.step_again() if keeps else self._equations.step(_ABSOLUTE_DAMPING, damping)
         return None if changes is None else self.state_at(state.poses + changes)
 
-    def _turned(self, state: State, weights: NDArray[np.float64]) -> State:
+    def _turned(self, state: SolverState, weights: NDArray[np.float64]) -> SolverState:
         """Return the state with the orientations that fit best, regardless of positions."""
         turns = np.zeros_like(self._edges.information)
         turns[:, 2, 2] = self._edges.information[:, 2, 2]

@@ -24,7 +24,7 @@ FARTHEST = 12.0
 """Range up to which points are compared [m]: beyond it, small errors of the heading matter."""
 
 
-class View(IntEnum):
+class PointSighting(IntEnum):
     """Observation of the place of a point by another scan."""
 
     HIDDEN = 0
@@ -41,7 +41,7 @@ class Views(NamedTuple):
     Parameters
     ----------
     seen : (m, b) uint8 array
-        `View` of the other laser at each point of the first scan of a pair.
+        `PointSighting` of the other laser at each point of the first scan of a pair.
     blocked : (m, b) bool array
         Whether the other laser saw a point where the beam of the first one passed.
     """
@@ -72,7 +72,7 @@ class ScanViews:
         seen, _ = self._seen(first, other)
         back, beams = self._seen(other, first)
         blocked = np.zeros(seen.shape, np.bool_)
-        rows, points = np.nonzero(back == View.EMPTY)
+        rows, points = np.nonzero(back == PointSighting.EMPTY)
         blocked[rows, beams[rows, points]] = True
         return Views(seen, blocked)
 
@@ -97,7 +97,9 @@ class ScanViews:
                 for side in (-1, 0, 1)
             ]
         confirmed = inside & (off[0] | off[1] | off[2])
-        seen = np.where(empty, np.uint8(View.EMPTY), np.where(confirmed, np.uint8(View.CONFIRMED), np.uint8(0)))
+        seen = np.where(
+            empty, np.uint8(PointSighting.EMPTY), np.where(confirmed, np.uint8(PointSighting.CONFIRMED), np.uint8(0))
+        )
         return seen, beams
 
 

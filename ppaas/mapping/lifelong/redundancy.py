@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.lifelong.neighbourhood import Neighbourhood, View
+from ppaas.mapping.lifelong.neighbourhood import Neighbourhood, PointSighting
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.planar_poses import PoseArray
 
@@ -44,7 +44,7 @@ class Redundancy:
             Readings of all key frames, without those that are outdated.
         """
         rows = ~self.removed[near.others] & (apart(self._poses[near.frame], self._poses[near.others]) <= SAME_PLACE)
-        passes, confirmed = near.passes[rows], near.views.seen[rows] == View.CONFIRMED
+        passes, confirmed = near.passes[rows], near.views.seen[rows] == PointSighting.CONFIRMED
         newer = np.unique(passes[passes > near.own])
         if len(newer) < SHOWING_PASSES:
             return
@@ -96,8 +96,8 @@ def outdated_beams(near: Neighbourhood) -> NDArray[np.bool_]:
 def _verdict(near: Neighbourhood, rows: NDArray[np.bool_]) -> NDArray[np.int8]:
     """Return 1 for beams (b,) that a pass contradicts, -1 for those that it confirms, 0 for others."""
     seen, blocked = near.views.seen[rows], near.views.blocked[rows]
-    against = ((seen == View.EMPTY) | blocked).sum(axis=0)
-    confirmed = ((seen == View.CONFIRMED) & ~blocked).sum(axis=0)
+    against = ((seen == PointSighting.EMPTY) | blocked).sum(axis=0)
+    confirmed = ((seen == PointSighting.CONFIRMED) & ~blocked).sum(axis=0)
     verdict: NDArray[np.int8] = np.sign(against - confirmed).astype(np.int8)
     return verdict
 

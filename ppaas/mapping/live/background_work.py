@@ -15,7 +15,7 @@ from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, Thinned, thin
 from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings
-from ppaas.mapping.parts.joining import Joined, join
+from ppaas.mapping.parts.joining import JoinedParts, join
 from ppaas.mapping.parts.map_parts import WHOLE, MapParts
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.maps.cell_rectangle import Rectangle
@@ -116,12 +116,12 @@ class JoinedMap:
 
     Parameters
     ----------
-    joined : Joined
+    joined : JoinedParts
     canvas : MapCanvas, optional
         Map of the part that the two have become; None if it would be too large.
     """
 
-    joined: Joined
+    joined: JoinedParts
     canvas: MapCanvas | None
 
 

@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Blur, Excluded, LikelihoodPyramid, Window, build_pyramid, search
+from ppaas.mapping.closures.branch_and_bound import (
+    Blur,
+    Excluded,
+    LikelihoodPyramid,
+    MotionWindow,
+    build_pyramid,
+    search,
+)
 from ppaas.mapping.closures.candidates import path_covariances
 from ppaas.mapping.closures.check import ScanCheck
 from ppaas.mapping.closures.closing import edges_of
@@ -32,7 +39,7 @@ APART, APART_TURN = 1.5, 0.3
 NEARLY = 0.85
 """Share of the score of the best place that a second one needs."""
 
-FINE = Window(0.6, 0.6, 0.06)
+FINE = MotionWindow(0.6, 0.6, 0.06)
 """Window around a place of the coarse search."""
 
 
@@ -52,7 +59,7 @@ class WholeMap:
         low, high = poses[:, :2].min(axis=0) - BEYOND, poses[:, :2].max(axis=0) + BEYOND
         self._middle, half = (low + high) / 2.0, (high - low) / 2.0
         self._least = parameters.least_score
-        self._window = Window(float(half[0]), float(half[1]), math.pi, parameters.heading_step)
+        self._window = MotionWindow(float(half[0]), float(half[1]), math.pi, parameters.heading_step)
         x, y = np.abs(points - self._middle).max(axis=0, initial=0.0).tolist()
         reach = (x + 1.0, y + 1.0)
         levels = self._window.levels(parameters.resolution)

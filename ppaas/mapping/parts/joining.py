@@ -24,7 +24,7 @@ GROWTH_SHARE = 0.2
 """Growth of the part between two comparisons, as a share of its length."""
 
 
-class Joined(NamedTuple):
+class JoinedParts(NamedTuple):
     """Two parts that are one now.
 
     Parameters
@@ -73,7 +73,7 @@ class JoiningSchedule:
         return True
 
 
-def join(mapping: Mapping, parts: MapParts, cancelled: Callable[[], bool]) -> Joined | None:
+def join(mapping: Mapping, parts: MapParts, cancelled: Callable[[], bool]) -> JoinedParts | None:
     """Join the current part with the first of the others that passes the gates of a merge; None if none does.
 
     Parameters
@@ -94,7 +94,7 @@ def join(mapping: Mapping, parts: MapParts, cancelled: Callable[[], bool]) -> Jo
     for other in parts.others:
         found = _joined(mapping, parts.indices(other, count), current, cancelled)
         if found is not None:
-            return Joined((other, parts.current), *found)
+            return JoinedParts((other, parts.current), *found)
         if cancelled():
             return None
     return None

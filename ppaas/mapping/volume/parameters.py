@@ -10,7 +10,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.parameters import Parameters, check_numbers
 
 
-class SensorModel(NamedTuple):
+class SensorLogOdds(NamedTuple):
     """Log-odds of the sensor, in float32 as in OctoMap: of a hit and a miss, and the limits of a voxel."""
 
     hit: np.float32
@@ -75,9 +75,9 @@ class VolumeParameters(Parameters, frozen=True):
                 f"not {self.hit} and {self.miss}"
             )
 
-    def model(self) -> SensorModel:
+    def model(self) -> SensorLogOdds:
         """Return the log-odds of the sensor."""
-        return SensorModel(*(np.float32(math.log(p / (1.0 - p))) for p in (self.hit, self.miss, self.min, self.max)))
+        return SensorLogOdds(*(np.float32(math.log(p / (1.0 - p))) for p in (self.hit, self.miss, self.min, self.max)))
 
 
 _SIGNED = ("max_range", "point_cloud_min_z", "point_cloud_max_z", "occupancy_min_z", "occupancy_max_z")

@@ -10,7 +10,7 @@ from ppaas.mapping.volume.blocks import VoxelBlocks, codes_of
 from ppaas.mapping.volume.kernels.blocks import EDGE, VOXELS
 from ppaas.mapping.volume.kernels.ends import MIDDLE
 from ppaas.mapping.volume.kernels.motion import sample_moved
-from ppaas.mapping.volume.parameters import SensorModel
+from ppaas.mapping.volume.parameters import SensorLogOdds
 
 LEAST_MOTION = 0.25
 """Motion of a submap below which its voxels stay where they are [voxels]."""
@@ -22,7 +22,7 @@ _NEIGHBOURS = np.stack(np.meshgrid(np.arange(3), np.arange(3), indexing="ij"), a
 """Offsets of the blocks that a turned block may touch, from the first of them: its diagonal is 11.3 voxels."""
 
 
-class Submap:
+class VolumeSubmap:
     """Part of a volume that moves as a whole.
 
     The blocks are stored as they were inserted, so that several corrections do not blur them.
@@ -51,7 +51,7 @@ class Submap:
         self.blocks = VoxelBlocks(most)
 
     @classmethod
-    def of(cls, number: int, stamp: float, motion: Pose2D, blocks: VoxelBlocks) -> "Submap":
+    def of(cls, number: int, stamp: float, motion: Pose2D, blocks: VoxelBlocks) -> "VolumeSubmap":
         """Return a submap with blocks, at their first places."""
         submap = cls(number, stamp, 0)
         submap.motion, submap.blocks = motion, blocks
@@ -73,7 +73,7 @@ class Submap:
         c, s = math.cos(motion.theta), math.sin(motion.theta)
         return float(np.hypot(c * x - s * y + motion.x - x, s * x + c * y + motion.y - y).max())
 
-    def join(self, other: "Submap", model: SensorModel, resolution: float) -> None:
+    def join(self, other: "VolumeSubmap", model: SensorLogOdds, resolution: float) -> None:
         """Take over the voxels of another submap; both move together from now on."""
         relative = self.motion.inverse() @ other.motion
         if other.reach_of_motion(relative, resolution) < LEAST_MOTION * resolution:
@@ -97,7 +97,7 @@ def moved(blocks: VoxelBlocks, motion: Pose2D, resolution: float) -> tuple[NDArr
 
 
 def add_log_odds(
-    blocks: VoxelBlocks, codes: NDArray[np.int64], log_odds: NDArray[np.float32], model: SensorModel
+    blocks: VoxelBlocks, codes: NDArray[np.int64], log_odds: NDArray[np.float32], model: SensorLogOdds
 ) -> None:
     """Add log-odds (n, 512), NaN where unknown, to the blocks of these codes (n,), within the limits of the model.
 

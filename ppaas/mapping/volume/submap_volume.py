@@ -11,7 +11,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.blocks import VoxelBlocks, clear_box
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
-from ppaas.mapping.volume.submap import LEAST_MOTION, Submap, add_log_odds
+from ppaas.mapping.volume.submap import LEAST_MOTION, VolumeSubmap, add_log_odds
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from ppaas.planar_poses import PoseArray
 from ppaas.thread_budget import Threads, one_thread
@@ -42,7 +42,7 @@ class SubmapVolume:
     ----------
     volume : VoxelVolume
         The whole map.
-    submaps : list of Submap
+    submaps : list of VolumeSubmap
         Its parts, in the order of their key frames.
     joined : int
         Number of submaps that were joined to others.
@@ -54,7 +54,7 @@ class SubmapVolume:
         self, parameters: VolumeParameters, threads: Threads = one_thread, submap_travel: float = SUBMAP_TRAVEL
     ) -> None:
         self.volume = VoxelVolume(parameters, threads)
-        self.submaps: list[Submap] = []
+        self.submaps: list[VolumeSubmap] = []
         self.joined, self.fixed = 0, False
         self._last: Anchor | None = None
         self._begun = 0
@@ -148,12 +148,12 @@ class SubmapVolume:
         self.volume.clear()
         self.submaps, self.joined, self.fixed, self._last = [], 0, False, None
 
-    def resume(self, submaps: list[Submap], whole: VoxelBlocks | None, *, joined: int, fixed: bool) -> None:
+    def resume(self, submaps: list[VolumeSubmap], whole: VoxelBlocks | None, *, joined: int, fixed: bool) -> None:
         """Continue another map.
 
         Parameters
         ----------
-        submaps : list of Submap
+        submaps : list of VolumeSubmap
             Its parts.
         whole : VoxelBlocks, optional
             Its voxels; by default put together from the parts.
@@ -173,7 +173,7 @@ class SubmapVolume:
         else:
             self.volume.blocks = whole
 
-    def _submap(self, anchor: Anchor | None) -> Submap | None:
+    def _submap(self, anchor: Anchor | None) -> VolumeSubmap | None:
         """Return the submap for a cloud; None as long as there was no key frame."""
         if anchor is None:
             return self.submaps[-1] if self.submaps else None
@@ -183,7 +183,7 @@ class SubmapVolume:
             add_log_odds(submap.blocks, blocks.codes, blocks.log_odds, self.volume.parameters.model())
         return submap
 
-    def _open(self, anchor: Anchor) -> Submap:
+    def _open(self, anchor: Anchor) -> VolumeSubmap:
         """Return the submap for a cloud; a new one if the robot has moved far enough since the last one began."""
         last, self._last = self._last, anchor
         if last is not None:
@@ -192,7 +192,7 @@ class SubmapVolume:
             if self.submaps:
                 self.submaps[-1].blocks.trim()
             self._begun += 1
-            self.submaps.append(Submap(self._begun, anchor.stamp, 2 * self.volume.parameters.max_blocks))
+            self.submaps.append(VolumeSubmap(self._begun, anchor.stamp, 2 * self.volume.parameters.max_blocks))
             self._travel = 0.0
         return self.submaps[-1]
 

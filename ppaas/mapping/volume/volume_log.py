@@ -19,7 +19,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.blocks import PAGE, VoxelBlocks
 from ppaas.mapping.volume.kernels.blocks import VOXELS
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
-from ppaas.mapping.volume.submap import Submap
+from ppaas.mapping.volume.submap import VolumeSubmap
 from ppaas.mapping.volume.submap_volume import SubmapVolume
 
 LEVEL = 1
@@ -213,7 +213,9 @@ def read_log(entries: Sequence[LogEntry], map_: SubmapVolume) -> KeyFramePoses:
     if VOLUME in parts:
         map_.resume([], parts[VOLUME], joined=head.joined, fixed=head.fixed)
         return KeyFramePoses(np.empty(0), np.empty((0, 3)))
-    submaps = [Submap.of(part.number, part.stamp, Pose2D(*part.motion), parts[part.number]) for part in head.parts]
+    submaps = [
+        VolumeSubmap.of(part.number, part.stamp, Pose2D(*part.motion), parts[part.number]) for part in head.parts
+    ]
     map_.resume(submaps, None, joined=head.joined, fixed=head.fixed)
     stamps, first = np.unique([part.stamp for part in head.parts], return_index=True)
     return KeyFramePoses(stamps, np.array([head.parts[index].key_frame for index in first]))

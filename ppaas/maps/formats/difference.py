@@ -18,7 +18,7 @@ MOST_RECTANGLES = 16
 """Largest number of rectangles of a difference."""
 
 
-class Rectangle(NamedTuple):
+class OffsetRectangle(NamedTuple):
     """Rectangle of cells from (column, row) on, which are negative where the older grid reaches further."""
 
     column: int
@@ -63,7 +63,7 @@ class Difference:
     ----------
     changed : int
         Number of changed cells.
-    rectangle : Rectangle or None
+    rectangle : OffsetRectangle or None
         Bounding box of the changed cells, in cells of the newer grid; None if nothing changed.
     corners : (4, 2) array or None
         Corners of the bounding box, x, y [m] in the map frame, counter-clockwise from (column, row).
@@ -71,16 +71,16 @@ class Difference:
         Whether the cells of both grids coincide. If not, the whole newer grid counts as changed.
     counts : CellCounts
         Kinds of the changes.
-    rectangles : list of Rectangle
+    rectangles : list of OffsetRectangle
         Up to `MOST_RECTANGLES` rectangles, in cells of the newer grid, which cover all changed cells.
     """
 
     changed: int
-    rectangle: Rectangle | None
+    rectangle: OffsetRectangle | None
     corners: NDArray[np.float64] | None
     aligned: bool
     counts: CellCounts = field(default_factory=CellCounts)
-    rectangles: list[Rectangle] = field(default_factory=list)
+    rectangles: list[OffsetRectangle] = field(default_factory=list)
 
 
 def difference(old: GridRows, new: GridRows) -> Difference:
@@ -93,7 +93,7 @@ def difference(old: GridRows, new: GridRows) -> Difference:
     """
     offset = old.info.shift_to(new.info)
     if offset is None:
-        whole = Rectangle(0, 0, new.info.width, new.info.height)
+        whole = OffsetRectangle(0, 0, new.info.width, new.info.height)
         counts = CellCounts()
         for _, cells in new.blocks():
             counts.add(np.full_like(cells, UNKNOWN), cells)
@@ -180,14 +180,14 @@ class _ChangedCells:
         squares = np.unique(np.stack(((rows + first) // SQUARE, (columns + left) // SQUARE)), axis=1)
         self._squares.update(zip(*squares.tolist(), strict=True))
 
-    def rectangle(self) -> Rectangle | None:
+    def rectangle(self) -> OffsetRectangle | None:
         """Return the bounding box of all changed cells; None if there are none."""
         if not self.changed:
             return None
         column, row = min(self._columns), min(self._rows)
-        return Rectangle(column, row, max(self._columns) - column + 1, max(self._rows) - row + 1)
+        return OffsetRectangle(column, row, max(self._columns) - column + 1, max(self._rows) - row + 1)
 
-    def rectangles(self) -> list[Rectangle]:
+    def rectangles(self) -> list[OffsetRectangle]:
         """Return rectangles that cover the changed cells: of small squares if they are few, else of larger ones."""
         around = self.rectangle()
         squares, side = self._squares, SQUARE
@@ -196,7 +196,7 @@ class _ChangedCells:
         return [] if around is None else [_clipped(one, around) for one in found]
 
 
-def _joined(squares: set[tuple[int, int]], side: int) -> list[Rectangle]:
+def _joined(squares: set[tuple[int, int]], side: int) -> list[OffsetRectangle]:
     """Return the squares of a grid joined to runs of a row, and equal runs of neighbouring rows to rectangles."""
     runs: list[cell_rectangle.Rectangle] = []
     for row, column in sorted(squares):
@@ -205,19 +205,19 @@ def _joined(squares: set[tuple[int, int]], side: int) -> list[Rectangle]:
         else:
             runs.append(cell_rectangle.Rectangle(row, column, row + 1, column + 1))
     return [
-        Rectangle(one.column * side, one.row * side, one.shape[1] * side, one.shape[0] * side)
+        OffsetRectangle(one.column * side, one.row * side, one.shape[1] * side, one.shape[0] * side)
         for one in cell_rectangle.stacked(runs)
     ]
 
 
-def _clipped(one: Rectangle, around: Rectangle) -> Rectangle:
+def _clipped(one: OffsetRectangle, around: OffsetRectangle) -> OffsetRectangle:
     column, row = max(one.column, around.column), max(one.row, around.row)
     right = min(one.column + one.width, around.column + around.width)
     top = min(one.row + one.height, around.row + around.height)
-    return Rectangle(column, row, right - column, top - row)
+    return OffsetRectangle(column, row, right - column, top - row)
 
 
-def _corners(info: GridInfo, rectangle: Rectangle) -> NDArray[np.float64]:
+def _corners(info: GridInfo, rectangle: OffsetRectangle) -> NDArray[np.float64]:
     column, row, width, height = rectangle
     cells = [(row, column), (row, column + width), (row + height, column + width), (row + height, column)]
     return info.to_world(np.subtract(cells, 0.5))

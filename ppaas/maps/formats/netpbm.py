@@ -41,7 +41,7 @@ _LONGEST_COMMENT = 1 << 12
 
 
 @dataclass(frozen=True, slots=True)
-class Header:
+class ImageHeader:
     """Header of an image.
 
     Parameters
@@ -74,7 +74,7 @@ class Header:
         return f"{self.width}×{self.height}"
 
 
-def read_header(image: Buffer) -> Header:
+def read_header(image: Buffer) -> ImageHeader:
     """Return the header of an image.
 
     Raises
@@ -92,7 +92,9 @@ def read_header(image: Buffer) -> Header:
         raise InvalidMap(f"the {name}'s maximum grey must be from 1 to 65535, not {maximum}")
     if not 1 <= width * height <= MAX_CELLS:
         raise InvalidMap(f"the {name} has {width}×{height} pixels; a map must have from 1 to {MAX_CELLS} cells")
-    return Header(name, kind in (b"P1", b"P2", b"P3"), width, height, maximum, 3 if name == "PPM" else 1, found.end())
+    return ImageHeader(
+        name, kind in (b"P1", b"P2", b"P3"), width, height, maximum, 3 if name == "PPM" else 1, found.end()
+    )
 
 
 def netpbm_size(image: Buffer) -> tuple[int, int]:
@@ -101,14 +103,14 @@ def netpbm_size(image: Buffer) -> tuple[int, int]:
     return header.height, header.width
 
 
-def binary_pixels(image: Buffer, header: Header, size: int, pixel: int) -> memoryview:
+def binary_pixels(image: Buffer, header: ImageHeader, size: int, pixel: int) -> memoryview:
     """Return the bytes of all pixels, without a copy.
 
     Parameters
     ----------
     image : bytes or mmap
         The whole file.
-    header : Header
+    header : ImageHeader
         Its header.
     size, pixel : int
         Size of all pixels, and of one [bytes].
@@ -148,7 +150,11 @@ Samples = TypeVar("Samples", bound=np.unsignedinteger)
 
 
 def text_samples(
-    image: Buffer, header: Header, kind: type[Samples], apart: int, read: Callable[[bytes], NDArray[np.unsignedinteger]]
+    image: Buffer,
+    header: ImageHeader,
+    kind: type[Samples],
+    apart: int,
+    read: Callable[[bytes], NDArray[np.unsignedinteger]],
 ) -> NDArray[Samples]:
     """Return the samples after the header of a text, one after the other.
 
@@ -156,7 +162,7 @@ def text_samples(
     ----------
     image : bytes or mmap
         The whole file.
-    header : Header
+    header : ImageHeader
         Its header.
     kind : type
         Type of the samples.
@@ -199,7 +205,7 @@ def _text_blocks(image: Buffer, start: int) -> Iterator[bytes]:
     yield _COMMENT.sub(b"", carried)
 
 
-def _check_count(header: Header, found: int, *, at_most: bool = False) -> None:
+def _check_count(header: ImageHeader, found: int, *, at_most: bool = False) -> None:
     """Raise ``InvalidMap`` unless a text has (or may have ``at_most``) the number of samples that its header states."""
     count = header.width * header.height * header.channels
     if found < count:
@@ -298,12 +304,12 @@ class PgmRows:
     ----------
     stored : (height, width) or (height, width, 3) array
         Pixels of the file, not scaled; for a binary file a view of the file itself. Row 0 is the top.
-    header : Header
+    header : ImageHeader
         Header of the file.
     """
 
     stored: NDArray[np.unsignedinteger]
-    header: Header
+    header: ImageHeader
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -350,14 +356,14 @@ def open_pgm(image: Buffer) -> PgmRows:
     return PgmRows(stored.reshape(header.height, header.width, *colours), header)
 
 
-def _binary(image: Buffer, header: Header) -> NDArray[np.unsignedinteger]:
+def _binary(image: Buffer, header: ImageHeader) -> NDArray[np.unsignedinteger]:
     """Return the samples after the header: one byte each, or two in big-endian order."""
     kind = np.dtype(np.uint8 if header.maximum < 256 else ">u2")
     pixel = header.channels * kind.itemsize
     return np.frombuffer(binary_pixels(image, header, header.width * header.height * pixel, pixel), kind)
 
 
-def _numbers(header: Header, text: bytes) -> NDArray[np.uint32]:
+def _numbers(header: ImageHeader, text: bytes) -> NDArray[np.uint32]:
     """Return the decimal numbers in a text, which white space separates."""
     wrong = _NO_NUMBER.search(text)
     if wrong is not None:
@@ -369,7 +375,7 @@ def _numbers(header: Header, text: bytes) -> NDArray[np.uint32]:
     return found
 
 
-def _check_most(pixels: NDArray[np.unsignedinteger], header: Header) -> None:
+def _check_most(pixels: NDArray[np.unsignedinteger], header: ImageHeader) -> None:
     most = int(pixels.max(initial=0))
     if most > header.maximum:
         raise InvalidMap(f"the {header.name} has a pixel of {most}, above its maximum grey of {header.maximum}")

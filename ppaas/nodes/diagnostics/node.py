@@ -7,8 +7,8 @@ from ppaas.bounded import BoundedDict
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import Observations, ReportFacts, observations_to_json
 from ppaas.diagnosis.observations.place import WatchedRobot
-from ppaas.diagnosis.observations.recorder import HEARD, Recorder
-from ppaas.diagnosis.observations.topic_table import TopicTable, Traffic
+from ppaas.diagnosis.observations.recorder import HEARD, ObservationRecorder
+from ppaas.diagnosis.observations.topic_table import TopicTable, TrafficCounter
 from ppaas.diagnosis.rules.finding import LEVELS, Finding
 from ppaas.errors import InvalidInput
 from ppaas.messages import type_name
@@ -42,7 +42,7 @@ _OWN = "ppaas: "
 """Prefix of the names of the statuses of the cloud, which tells them from those of the robot's programs."""
 
 
-class Bus(Protocol):
+class TappedBus(Protocol):
     """Topics of the executor, as the node taps them."""
 
     topics: dict[str, Topic]
@@ -65,9 +65,9 @@ class DiagnosticsNode(Node):
     ----------
     context : Context
         The node's context.
-    bus : Bus
+    bus : TappedBus
         Topics of the executor; the node hears references of messages, after the nodes that use them.
-    traffic : Traffic
+    traffic : TrafficCounter
         Counts of the messages that the container receives.
     robot : WatchedRobot
     """
@@ -77,10 +77,10 @@ class DiagnosticsNode(Node):
     publishes: ClassVar[tuple[Topic, ...]] = (topics.DIAGNOSTICS,)
     services: ClassVar[tuple[Service, ...]] = (Service("diagnostics/observe", Observe),)
 
-    def __init__(self, context: Context, bus: Bus, traffic: Traffic, robot: WatchedRobot) -> None:
+    def __init__(self, context: Context, bus: TappedBus, traffic: TrafficCounter, robot: WatchedRobot) -> None:
         super().__init__(context)
         self._bus, self._traffic, self._robot = bus, traffic, robot
-        self._recorder: Recorder | None = None
+        self._recorder: ObservationRecorder | None = None
         self._table = TopicTable(traffic, 0.0)
         self._untap: list[Callable[[], None]] = []
         self._asked = float("-inf")
@@ -136,11 +136,11 @@ class DiagnosticsNode(Node):
 
     # -- watching ------------------------------------------------------------------------------------------------------
 
-    def _watch(self) -> Recorder:
+    def _watch(self) -> ObservationRecorder:
         """Return the recorder, which begins to hear the robot's topics if it does not yet."""
         if self._recorder is None:
             now = self.context.elapsed()
-            self._recorder, self._table = Recorder(now), TopicTable(self._traffic, now)
+            self._recorder, self._table = ObservationRecorder(now), TopicTable(self._traffic, now)
             for topic in HEARD:
                 if topic.name in self._bus.topics:
                     self._untap.append(self._bus.tap(topic.name, self._heard))

@@ -28,7 +28,7 @@ FAR = 1e9
 """Length of a path that is not known yet [m]."""
 
 
-class Target(msgspec.Struct):
+class ExplorationTarget(msgspec.Struct):
     """Pose that the robot drives to.
 
     Parameters
@@ -80,9 +80,9 @@ class Exploration(msgspec.Struct):
         Number of frontiers left.
     area : float
         Known area of the map [m²].
-    target : Target, optional
+    target : ExplorationTarget, optional
         Where the robot drives; None while it looks around.
-    arrived : Target, optional
+    arrived : ExplorationTarget, optional
         Where the robot has arrived; its frontier should disappear from the map.
     tiles : list of (int, int)
         Places that the robot gave up.
@@ -99,8 +99,8 @@ class Exploration(msgspec.Struct):
     given_up: int = 0
     frontiers: int = 0
     area: float = 0.0
-    target: Target | None = None
-    arrived: Target | None = None
+    target: ExplorationTarget | None = None
+    arrived: ExplorationTarget | None = None
     tiles: list[tuple[int, int]] = msgspec.field(default_factory=list)
 
     def next_goal(self, pose: Pose2D) -> Goal:
@@ -217,7 +217,7 @@ class ExplorationGoals:
         since, nearest = self._context.elapsed(), approach.distance
         x, y = approach.seen.tolist()
         goal = self._exploration.next_goal(approach.pose)
-        self._send(approach.pose, Target(goal, (x, y), places, nearest, since))
+        self._send(approach.pose, ExplorationTarget(goal, (x, y), places, nearest, since))
 
     # -- arrival -------------------------------------------------------------------------------------------------------
 
@@ -242,13 +242,15 @@ class ExplorationGoals:
         for points in left:
             self._give_up(points)
 
-    def _look_around(self, arrived: Target) -> str:
+    def _look_around(self, arrived: ExplorationTarget) -> str:
         """Turn the robot around once: a laser that sees less than a circle shows more then."""
         pose = arrived.goal.pose
         turned = Pose2D(pose.x, pose.y, wrap_angle(pose.theta + np.pi))
         goal = self._exploration.next_goal(turned)
         self._exploration.arrived = None
-        self._send(turned, Target(goal, arrived.seen, arrived.points, FAR, self._context.elapsed(), turned=True))
+        self._send(
+            turned, ExplorationTarget(goal, arrived.seen, arrived.points, FAR, self._context.elapsed(), turned=True)
+        )
         return "looking around"
 
     # -- giving up -----------------------------------------------------------------------------------------------------
@@ -286,7 +288,7 @@ class ExplorationGoals:
     def return_to(self, start: Pose2D) -> None:
         """Send the robot back to its start."""
         goal = self._exploration.next_goal(start)
-        self._send(start, Target(goal, since=self._context.elapsed()))
+        self._send(start, ExplorationTarget(goal, since=self._context.elapsed()))
 
     def drop(self) -> None:
         """Cancel the goal of Move Base, if there is one; its result is ignored."""
@@ -294,14 +296,14 @@ class ExplorationGoals:
         if target is not None:
             self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=target.goal.id))
 
-    def _send(self, pose: Pose2D, target: Target) -> None:
+    def _send(self, pose: Pose2D, target: ExplorationTarget) -> None:
         self._exploration.target = target
         stamped = PoseStamped(Header(stamp=Time.of(self._context.now()), frame_id=MAP), Pose.of(pose))
         goal_id = GoalID(Time.of(target.goal.stamp), target.goal.id)
         self._context.publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(stamped), goal_id))
 
 
-def moved_target(target: Target, motion: Pose2D) -> Target:
+def moved_target(target: ExplorationTarget, motion: Pose2D) -> ExplorationTarget:
     """Return a target after a motion of the map frame."""
     goal = dataclasses.replace(target.goal, pose=motion @ target.goal.pose)
     points = moved_points(motion, np.array(target.points).reshape(-1, 2)).tolist()

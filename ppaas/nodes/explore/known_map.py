@@ -13,7 +13,7 @@ from ppaas.exploration.frontiers import find_frontiers, known_area
 from ppaas.exploration.given_up import GivenUp
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
-from ppaas.maps.occupancy import GridMapMessage, MapChange
+from ppaas.maps.occupancy import GridMapMessage, GridUpdate
 from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Context, Job, Payload
@@ -146,7 +146,7 @@ class KnownMap:
         """Take a message of one of the topics; return whether it is of one."""
         if isinstance(message, GridMapMessage | OccupancyGrid):
             self._messages = [message]
-        elif isinstance(message, MapChange | OccupancyGridUpdate):
+        elif isinstance(message, GridUpdate | OccupancyGridUpdate):
             if self.has_map:  # changes refer to a whole map
                 self._messages.append(message)
         else:

@@ -15,7 +15,7 @@ from ppaas.messages.nav2_motions import (
     FollowPathGoal,
 )
 from ppaas.navigation import events
-from ppaas.navigation.move_base import State
+from ppaas.navigation.move_base import GoalPhase
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Payload, Topic
 from ppaas.nodes.frames import MAP
@@ -27,7 +27,7 @@ from ppaas.planners.path_json import path_message
 
 
 class FollowPathParameters(Parameters, frozen=True):
-    """Parameters of `PathFollower`.
+    """Parameters of `RobotPathFollower`.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class FollowPathParameters(Parameters, frozen=True):
         check_numbers(self, positive=("patience", "xy_goal_tolerance", "yaw_goal_tolerance"))
 
 
-class PathFollower(Controller):
+class RobotPathFollower(Controller):
     """Publishes each plan as ``follow_path/goal``, and takes the robot's feedback and result.
 
     A result is not believed where localization says that the robot is not at the end of the path.
@@ -164,7 +164,7 @@ class PathFollowingNode(MoveBaseNode):
     ----------
     context : Context
         The node's context.
-    controller : PathFollower
+    controller : RobotPathFollower
     options
         As of `MoveBaseNode`.
     """
@@ -177,7 +177,7 @@ class PathFollowingNode(MoveBaseNode):
         *MoveBaseNode.publishes, topics.FOLLOW_PATH_GOAL, topics.FOLLOW_PATH_CANCEL,
     )  # fmt: skip
 
-    def __init__(self, context: Context, *, controller: PathFollower, **options: Any) -> None:
+    def __init__(self, context: Context, *, controller: RobotPathFollower, **options: Any) -> None:
         super().__init__(context, controller=controller, **options)
         self._surroundings.expect_no_scans()
         self._follower = controller
@@ -195,7 +195,7 @@ class PathFollowingNode(MoveBaseNode):
 
     def _feed(self, event: events.Event) -> None:
         super()._feed(event)
-        if self._machine.state is not State.PLANNING:
+        if self._machine.state is not GoalPhase.PLANNING:
             self._ticks_without_plan = 0
         elif isinstance(event, events.ControlTick):
             self._ticks_without_plan += 1

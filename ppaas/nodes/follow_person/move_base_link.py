@@ -25,7 +25,7 @@ LATE = 1.0
 """Time within which a client's goal appears in the status list [s]."""
 
 
-class Outcome(Enum):
+class MoveOutcome(Enum):
     """End of a goal of the node, or what a client did."""
 
     REACHED = "reached"
@@ -140,7 +140,7 @@ class MoveBaseLink:
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
-    def take(self, topic: str, message: Payload) -> Outcome | None:
+    def take(self, topic: str, message: Payload) -> MoveOutcome | None:
         """Take a message of one of the topics; return what it means for following, None for nothing."""
         match message:
             case MoveBaseActionResult():
@@ -155,17 +155,17 @@ class MoveBaseLink:
                 return self._on_cancel(message)
         return None
 
-    def _on_result(self, message: MoveBaseActionResult) -> Outcome | None:
+    def _on_result(self, message: MoveBaseActionResult) -> MoveOutcome | None:
         status = message.status
         if self._goal is None or status.goal_id.id != self._goal.id:
             return None
         self._goal, self.text = None, status.text
         if status.status == Status.SUCCEEDED:
-            return Outcome.REACHED
+            return MoveOutcome.REACHED
         if status.status == Status.ABORTED:
-            return Outcome.FAILED
+            return MoveOutcome.FAILED
         self._expected_until = self._context.elapsed() + LATE
-        return Outcome.PREEMPTED
+        return MoveOutcome.PREEMPTED
 
     def _on_status(self, topic: str, message: GoalStatusArray) -> None:
         active = [each.goal_id.id for each in message.status_list if not Status(each.status).terminal]
@@ -191,9 +191,9 @@ class MoveBaseLink:
         if not goal_id.startswith(FOLLOWING_GOAL):
             self._expected_until = self._context.elapsed() + LATE
 
-    def _on_cancel(self, message: GoalID) -> Outcome | None:
+    def _on_cancel(self, message: GoalID) -> MoveOutcome | None:
         """Return whether a client cancels the goal of the node, or all goals, which stops the robot."""
         event = CancelReceived(self._context.elapsed(), message.id, message.stamp.seconds())
         everything = not event.id and event.stamp == 0.0
         own = self._goal is not None and cancels(event, self._goal)
-        return Outcome.CANCELLED if everything or own else None
+        return MoveOutcome.CANCELLED if everything or own else None

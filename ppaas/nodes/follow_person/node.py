@@ -21,9 +21,9 @@ from ppaas.messages.people_coordination import (
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
-from ppaas.nodes.follow_person.move_base_link import MoveBaseLink, Outcome
+from ppaas.nodes.follow_person.move_base_link import MoveBaseLink, MoveOutcome
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
-from ppaas.people.following.following import Following, Step
+from ppaas.people.following.following import Following, FollowStep
 from ppaas.people.following.parameters import FollowParameters
 from ppaas.people.following.places import Places
 from ppaas.people.state_checks import check_state
@@ -157,14 +157,14 @@ class FollowPersonNode(Node):
                 self._following.hear(self._state, now)
                 self._step()
 
-    def _on_outcome(self, outcome: Outcome | None) -> None:
-        if outcome is Outcome.CANCELLED and self._order is not None and not self._link.has_client:
+    def _on_outcome(self, outcome: MoveOutcome | None) -> None:
+        if outcome is MoveOutcome.CANCELLED and self._order is not None and not self._link.has_client:
             self._link.stop()
             self._paused_until = self.context.elapsed() + self._parameters.cancel_pause
             self._step()
-        elif outcome is Outcome.PREEMPTED:
+        elif outcome is MoveOutcome.PREEMPTED:
             self._step()
-        elif outcome is Outcome.FAILED and self._following is not None:
+        elif outcome is MoveOutcome.FAILED and self._following is not None:
             self._following.failed(self._link.text)
 
     # -- following -----------------------------------------------------------------------------------------------------
@@ -185,19 +185,19 @@ class FollowPersonNode(Node):
         if before is None or (before.state, before.person, before.reason) != (status.state, person, status.reason):
             self._publish_status()
 
-    def _decide(self, now: float) -> Step:
+    def _decide(self, now: float) -> FollowStep:
         paused = self._why_paused(now)
         following = self._following
         if self._order is None or following is None:
-            return Step(IDLE, paused)
+            return FollowStep(IDLE, paused)
         if paused:
-            return Step(PAUSED, paused)
+            return FollowStep(PAUSED, paused)
         if now - self._state_at > SILENCE:
-            return Step(WAITING, f"the coordinator has sent nothing for {now - self._state_at:.0f} s")
+            return FollowStep(WAITING, f"the coordinator has sent nothing for {now - self._state_at:.0f} s")
         try:
             robot = self._frames.in_map()
         except TransformError as error:
-            return Step(WAITING, f"the pose of the robot is unknown: {error}")
+            return FollowStep(WAITING, f"the pose of the robot is unknown: {error}")
         return following.step(now, robot, self._views)
 
     def _why_paused(self, now: float) -> str:

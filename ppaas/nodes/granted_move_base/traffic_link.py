@@ -22,7 +22,7 @@ NODE_SILENCE = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class RobotFacts:
+class RobotTrafficFacts:
     """What the traffic node has to know of a robot.
 
     Parameters
@@ -70,7 +70,7 @@ class TrafficLink:
     ----------
     context : Context
         Context of the node that publishes the reports.
-    facts : RobotFacts
+    facts : RobotTrafficFacts
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class TrafficLink:
         Whether it has left its way.
     """
 
-    def __init__(self, context: Context, facts: RobotFacts) -> None:
+    def __init__(self, context: Context, facts: RobotTrafficFacts) -> None:
         self._context = context
         self.facts = facts
         self.way = GrantedWay(facts.radius)

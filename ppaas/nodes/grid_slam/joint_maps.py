@@ -51,7 +51,7 @@ class Current(NamedTuple):
     most: int
 
 
-class Prepared(NamedTuple):
+class PreparedJointMap(NamedTuple):
     """Joint map that a robot goes on with, and its log.
 
     Parameters
@@ -156,11 +156,11 @@ class JointMaps:
         number, solves = self._logbook.number + RESERVED, current.mapper.solves
         self._context.start(LongWork(partial(_prepared, work, number, solves)), self._finish)
 
-    def _finish(self, prepared: Prepared | PPaaSError) -> None:
+    def _finish(self, prepared: PreparedJointMap | PPaaSError) -> None:
         self._use(prepared)
         self._on_ended()
 
-    def _use(self, prepared: Prepared | PPaaSError) -> None:
+    def _use(self, prepared: PreparedJointMap | PPaaSError) -> None:
         waiting, self._waiting = self._waiting, None
         assert waiting is not None
         mapper = waiting.current.mapper
@@ -211,7 +211,7 @@ def _check_page(request: UseJointMapRequest, received: int) -> None:
         )
 
 
-def _prepared(work: AdoptionWork, number: int, solves: int, cancelled: Callable[[], bool]) -> Prepared:
+def _prepared(work: AdoptionWork, number: int, solves: int, cancelled: Callable[[], bool]) -> PreparedJointMap:
     """Return the map that a robot goes on with, and its log from a number on; raises as the work does."""
     adopted = work(cancelled)
     mapping = adopted.mapping
@@ -219,4 +219,4 @@ def _prepared(work: AdoptionWork, number: int, solves: int, cancelled: Callable[
     growing = GrowingMapping(mapping.frames, mapping.graph, solves, [])
     while (more := writer.write(growing)) is not None:
         change = change.then(more)
-    return Prepared(adopted, writer, change)
+    return PreparedJointMap(adopted, writer, change)

@@ -14,7 +14,7 @@ from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.scan_tracker import Tracked
 from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.maps.occupancy import GridMapMessage, MapChange, to_message
+from ppaas.maps.occupancy import GridMapMessage, GridUpdate, to_message
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Float64, Header, Time
 from ppaas.messages.geometry_msgs import Pose
@@ -82,7 +82,7 @@ class MapPublisher:
             cells = canvas.cells[rectangle.slices].copy()
             self._cells[rectangle.slices] = cells
             self._changed = True
-            self._context.publish(topics.MAP_UPDATES.name, MapChange(cells, rectangle.row, rectangle.column, stamp))
+            self._context.publish(topics.MAP_UPDATES.name, GridUpdate(cells, rectangle.row, rectangle.column, stamp))
 
     def _publish_whole(self, canvas: MapCanvas) -> None:
         stamp, info = Time.of(self._context.now()), canvas.info

@@ -7,7 +7,7 @@ from typing import ClassVar
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
-from ppaas.maps.occupancy import GridMapMessage, MapChange
+from ppaas.maps.occupancy import GridMapMessage, GridUpdate
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import GetZones, ZonesOfMap
@@ -93,7 +93,7 @@ class MapServerNode(Node):
             return False
         self.context.latch(topics.MAP.name, whole)
         for one in changes:
-            change = MapChange(after.data[one.slices], one.row, one.column, whole.stamp or Time())
+            change = GridUpdate(after.data[one.slices], one.row, one.column, whole.stamp or Time())
             self.context.publish(topics.MAP_UPDATES.name, change)
         return True
 

@@ -12,7 +12,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages import nav2_motions
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Duration
-from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT, ActionTopics
+from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT, Nav2ActionTopics
 from ppaas.recoveries.back_up import BackUpRecovery
 from ppaas.recoveries.base import Recovery
 from ppaas.recoveries.rotate import RotateParameters, RotateRecovery
@@ -62,7 +62,7 @@ class ErrorCodes(NamedTuple):
 class BehaviorKind(ABC):
     """A kind of behaviour."""
 
-    topics: ClassVar[ActionTopics]
+    topics: ClassVar[Nav2ActionTopics]
     codes: ClassVar[ErrorCodes]
     doing: ClassVar[str]
     moves: ClassVar[bool] = True

@@ -76,7 +76,7 @@ def answer_to_clear(request: Message) -> Message:
     return ClearEntireCostmapResponse()
 
 
-class Rendered(NamedTuple):
+class RenderedCostmap(NamedTuple):
     """A costmap as a grid, and the message of that."""
 
     grid: GridMap
@@ -142,7 +142,7 @@ class GridTopics(LatchedTopics):
     def __init__(self, context: Context, names: Sequence[Topic], period: float, repeat_period: float = 0.0) -> None:
         super().__init__(context, names, period)
         self._repeat_period = repeat_period
-        self._last: Rendered | None = None
+        self._last: RenderedCostmap | None = None
         self._sent_at = -math.inf
         self._rendering = False
 
@@ -157,7 +157,7 @@ class GridTopics(LatchedTopics):
         last = self._last if self.has_last and now - self._sent_at < self._repeat_period else None
         self._context.start(lambda _cancelled: _render(costmap, stamp, last), partial(self._on_rendered, last, now))
 
-    def _on_rendered(self, last: Rendered | None, now: float, rendered: Rendered | PPaaSError) -> None:
+    def _on_rendered(self, last: RenderedCostmap | None, now: float, rendered: RenderedCostmap | PPaaSError) -> None:
         self._rendering = False
         if isinstance(rendered, PPaaSError):
             return
@@ -228,12 +228,12 @@ class CostmapTopics:
         return pose
 
 
-def _render(costmap: Costmap, stamp: Time, last: Rendered | None) -> Rendered:
+def _render(costmap: Costmap, stamp: Time, last: RenderedCostmap | None) -> RenderedCostmap:
     """Return a costmap as a grid and its message; the last one if it is the same."""
     grid = occupancy_of(costmap)
     if last is not None and last.grid.info == grid.info and np.array_equal(last.grid.data, grid.data):
         return last
-    return Rendered(grid, to_message(grid, MAP, stamp))
+    return RenderedCostmap(grid, to_message(grid, MAP, stamp))
 
 
 def _disc(radius: float) -> Footprint:

@@ -20,7 +20,7 @@ from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesResult,
     NavigateToPoseActionFeedback,
     NavigateToPoseFeedback,
-    Progress,
+    WaypointProgress,
     WaypointStatus,
 )
 from ppaas.navigation.action_goals import GoalList, GoalState
@@ -237,7 +237,7 @@ class ActionTopics:
             *progress.tracking_error(pose),
         )
         if goal.many:
-            statuses = self._waypoints(goal, Progress.PENDING)
+            statuses = self._waypoints(goal, WaypointProgress.PENDING)
             self._through.feedback(goal, NavigateThroughPosesFeedback(*known, len(goal.through) + 1, statuses))
             return
         status = status_of(goal, Status.ACTIVE, "")
@@ -248,16 +248,16 @@ class ActionTopics:
         """Publish the result of a goal by the action by which it came."""
         if goal.many:
             succeeded = status is Status.SUCCEEDED
-            code, end = (NONE, Progress.COMPLETED) if succeeded else (UNKNOWN, Progress.FAILED)
+            code, end = (NONE, WaypointProgress.COMPLETED) if succeeded else (UNKNOWN, WaypointProgress.FAILED)
             statuses = self._waypoints(goal, end)
             self._through.result(goal, status, text, NavigateThroughPosesResult(code, text if code else "", statuses))
             return
         ended = status_of(goal, status, text)
         self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
 
-    def _waypoints(self, goal: Goal, rest: Progress) -> list[WaypointStatus]:
+    def _waypoints(self, goal: Goal, rest: WaypointProgress) -> list[WaypointStatus]:
         """Return the statuses of all poses of a goal: those that were passed are completed, the rest as given."""
-        listed = [(Progress.COMPLETED, pose) for pose in goal.passed]
+        listed = [(WaypointProgress.COMPLETED, pose) for pose in goal.passed]
         listed += [(rest, pose) for pose in (*goal.through, goal.pose)]
         return [WaypointStatus(int(state), index, self.stamped(pose)) for index, (state, pose) in enumerate(listed)]
 

@@ -132,7 +132,7 @@ class OrderExecutor:
                 self._feed(self._compute_velocity(order.pose))
             case move_base.SendVelocity():
                 self.send(order.velocity)
-            case move_base.Stop():
+            case move_base.StopBase():
                 self.send(Velocity())
             case move_base.Recover():
                 self._feed(self._recover(order))

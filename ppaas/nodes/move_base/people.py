@@ -118,7 +118,7 @@ class SocialLayerParameters(Parameters, frozen=True):
         return Proxemics(self.amplitude, self.covariance, self.cutoff, self.factor, self.group_amplitude)
 
 
-class SeenPeople:
+class RecentPeople:
     """People of the last message of each topic, until it is out of date.
 
     A person whom both report has the costs of one, since the higher of two costs counts.

@@ -10,7 +10,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
-from ppaas.maps.occupancy import GridMapMessage, MapChange, from_message, from_update
+from ppaas.maps.occupancy import GridMapMessage, GridUpdate, from_message, from_update
 from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes import topics
@@ -32,7 +32,7 @@ MOST_ADDED = 1 << 22
 """Largest map after it is extended to goals, unless it is larger itself [cells]: 102 m x 102 m at 0.05 m."""
 
 Build = Callable[[GridMap], MapLayers]
-MapMessage = GridMapMessage | OccupancyGrid | MapChange | OccupancyGridUpdate
+MapMessage = GridMapMessage | OccupancyGrid | GridUpdate | OccupancyGridUpdate
 
 
 class _Built(NamedTuple):
@@ -87,7 +87,7 @@ class StaticLayer:
 
     def take(self, message: Payload) -> bool:
         """Take a message of one of the topics; return whether it is of one."""
-        if not isinstance(message, GridMapMessage | OccupancyGrid | MapChange | OccupancyGridUpdate):
+        if not isinstance(message, GridMapMessage | OccupancyGrid | GridUpdate | OccupancyGridUpdate):
             return False
         if isinstance(message, GridMapMessage | OccupancyGrid):
             self._messages.clear()
@@ -198,8 +198,8 @@ def applied(grid: GridMap | None, messages: Sequence[MapMessage]) -> GridMap | N
     return grid
 
 
-def _overwrite(grid: GridMap, message: MapChange | OccupancyGridUpdate) -> None:
-    if isinstance(message, MapChange):
+def _overwrite(grid: GridMap, message: GridUpdate | OccupancyGridUpdate) -> None:
+    if isinstance(message, GridUpdate):
         row, column, cells = message.row, message.column, message.cells
     else:
         row, column, cells = from_update(message)

@@ -27,7 +27,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.message_checks import finite_pose
-from ppaas.nodes.move_base.people import SeenPeople
+from ppaas.nodes.move_base.people import RecentPeople
 from ppaas.nodes.move_base.pose_watch import PoseWatch
 from ppaas.nodes.other_robots import OTHERS_FRESH, OTHERS_MARGIN, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
@@ -67,7 +67,7 @@ class Surroundings:
         Obstacles outside the window.
     robot_radius : float
         Radius of this robot, and of others that do not report theirs [m].
-    people : SeenPeople
+    people : RecentPeople
         People around the robot.
     moving : MovingObjects
         Moving objects that the laser sees.
@@ -94,7 +94,7 @@ class Surroundings:
         memory: ObstacleMemory,
         robot_radius: float,
         *,
-        people: SeenPeople,
+        people: RecentPeople,
         moving: MovingObjects,
         tolerance: float,
         names: FrameNames | None = None,

@@ -54,7 +54,7 @@ class PlacedCloud:
 
 
 @dataclass(frozen=True, slots=True)
-class Rendered:
+class RenderedMaps:
     """Maps of one state, for those topics that they were asked for.
 
     Parameters
@@ -149,7 +149,7 @@ class MapWork:
         if self._registration is not None:
             self._registration.forget()
 
-    def render(self, names: Collection[str]) -> Rendered:
+    def render(self, names: Collection[str]) -> RenderedMaps:
         """Return the maps for some topics.
 
         Raises
@@ -158,7 +158,7 @@ class MapWork:
             The projected map would be too large.
         """
         volume = self._map.volume
-        return Rendered(
+        return RenderedMaps(
             binary_file(volume) if topics.OCTOMAP_BINARY.name in names else None,
             full_file(volume) if topics.OCTOMAP_FULL.name in names else None,
             project_volume(volume) if topics.PROJECTED_MAP.name in names and len(volume.blocks) else None,

@@ -14,7 +14,7 @@ from ppaas.maps.octomap import octomap_nodes
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.octomap_msgs import Octomap
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
-from ppaas.nodes.depth_images import CameraInfoWait, DepthCamera, depth_camera_of, depths_of
+from ppaas.nodes.depth_images import CameraInfoWait, DepthLens, depth_camera_of, depths_of
 from ppaas.nodes.frames import MAP
 from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.point_cloud import coordinates_of_cloud
@@ -54,12 +54,12 @@ class CloudReader:
 
     Attributes
     ----------
-    camera : DepthCamera or None
+    camera : DepthLens or None
         Camera of the depth images, by its last ``camera_info``.
     """
 
     def __init__(self) -> None:
-        self.camera: DepthCamera | None = None
+        self.camera: DepthLens | None = None
         self._wait = CameraInfoWait()
 
     def of_points(self, message: PointCloud2, now: float) -> SensorCloud:

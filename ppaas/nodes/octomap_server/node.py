@@ -27,13 +27,13 @@ from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.depth_images import DepthCamera
+from ppaas.nodes.depth_images import DepthLens
 from ppaas.nodes.file_pages import FilePages
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.job_queue import JobQueue
-from ppaas.nodes.octomap_server.map_work import CloudPoses, MapLog, MapWork, Rendered
+from ppaas.nodes.octomap_server.map_work import CloudPoses, MapLog, MapWork, RenderedMaps
 from ppaas.nodes.octomap_server.messages import CloudReader, OctomapFile, SensorCloud, poses_of
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
 from ppaas.nodes.robot_scans import WaitingData
@@ -134,7 +134,7 @@ class OctomapServerNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
-        self._reader.camera = from_json(state, DepthCamera)
+        self._reader.camera = from_json(state, DepthLens)
 
     # -- log -----------------------------------------------------------------------------------------------------------
 
@@ -287,7 +287,7 @@ class OctomapServerNode(Node):
             self._rendering = True
             self._jobs.add(partial(self._work.render, wanted), partial(self._on_rendered, wanted, self._revision))
 
-    def _on_rendered(self, names: list[str], revision: int, result: Rendered | PPaaSError) -> None:
+    def _on_rendered(self, names: list[str], revision: int, result: RenderedMaps | PPaaSError) -> None:
         self._rendering = False
         self._published |= dict.fromkeys(names, revision)
         if isinstance(result, PPaaSError):
@@ -311,7 +311,7 @@ class OctomapServerNode(Node):
 
     # -- services ------------------------------------------------------------------------------------------------------
 
-    def _reply_map(self, reply: Reply, result: Rendered | PPaaSError) -> None:
+    def _reply_map(self, reply: Reply, result: RenderedMaps | PPaaSError) -> None:
         if isinstance(result, PPaaSError):
             reply(result)
             return

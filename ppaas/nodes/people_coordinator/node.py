@@ -21,7 +21,7 @@ from ppaas.messages.people_coordination import (
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
-from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.coordinator import PeopleCoordinator
 from ppaas.people.names import PEOPLE_COORDINATOR
 from ppaas.people.settings import settings_of
 from ppaas.people.tracks.assignment import solver
@@ -50,7 +50,7 @@ class PeopleCoordinatorNode(Node):
     ----------
     context : Context
         The node's context.
-    coordinator : Coordinator
+    coordinator : PeopleCoordinator
         Coordinator of the group, with its settings.
     """
 
@@ -59,7 +59,7 @@ class PeopleCoordinatorNode(Node):
     publishes: ClassVar[tuple[Topic, ...]] = (topics.PEOPLE_STATE,)
     services: ClassVar[tuple[Service, ...]] = (GET_PEOPLE, GET_PEOPLE_COUNTS, CONFIGURE_PEOPLE)
 
-    def __init__(self, context: Context, coordinator: Coordinator) -> None:
+    def __init__(self, context: Context, coordinator: PeopleCoordinator) -> None:
         super().__init__(context)
         self._coordinator = coordinator
         self._state: PeopleState | None = None

@@ -21,7 +21,7 @@ from ppaas.messages.health.watching import (
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
-from ppaas.recording.batches import About, Batch, Entry, batch_bytes
+from ppaas.recording.batches import About, Batch, BatchedMessage, batch_bytes
 from ppaas.recording.parameters import NAME, RecorderParameters, checked_globs, selects
 
 # -- intake of the recorder --------------------------------------------------------------------------------------------
@@ -47,7 +47,7 @@ MOST_PAYLOAD = 16 << 20
 """Largest message that is recorded [bytes as JSON]."""
 
 
-class Bus(Protocol):
+class RecordedBus(Protocol):
     """Topics of the executor, as the recorder hears them."""
 
     topics: dict[str, Topic]
@@ -75,14 +75,14 @@ class Intake:
 
     Parameters
     ----------
-    bus : Bus
+    bus : RecordedBus
     now : callable
         Returns the time [s since the epoch].
     take : callable
         Called with each entry.
     """
 
-    def __init__(self, bus: Bus, now: Callable[[], float], take: Callable[[Entry], None]) -> None:
+    def __init__(self, bus: RecordedBus, now: Callable[[], float], take: Callable[[BatchedMessage], None]) -> None:
         self._bus, self._now, self._take = bus, now, take
         self._untap: dict[str, Callable[[], None]] = {}
         self._known = 0
@@ -174,7 +174,9 @@ class Intake:
             self._due.clear()
         latched = kind.latched and not kind.repeated
         self._take(
-            Entry(topic, type_name(kind.type), up, latched, latched or is_goal, now, _stamp(content, now), payload)
+            BatchedMessage(
+                topic, type_name(kind.type), up, latched, latched or is_goal, now, _stamp(content, now), payload
+            )
         )
 
     def _is_due(self, topic: str) -> bool:
@@ -187,7 +189,7 @@ class Intake:
     def _end_goals(self, topic: str, now: int) -> None:
         for goal in [goal for goal in self._goals if GOALS[goal] == topic]:
             self._goals.remove(goal)
-            self._take(Entry(goal, type_name(self._bus.topics[goal].type), True, False, True, now, now, b""))
+            self._take(BatchedMessage(goal, type_name(self._bus.topics[goal].type), True, False, True, now, now, b""))
 
 
 def _stamp(message: Message, now: int) -> int:
@@ -213,7 +215,7 @@ Sink = Callable[[bytes], bool]
 """Called with a batch; returns whether the machine takes it."""
 
 
-class Recording(msgspec.Struct, frozen=True):
+class RunningRecording(msgspec.Struct, frozen=True):
     """A recording in progress: its id, its end [s since the epoch] and the globs of its topics."""
 
     id: str
@@ -228,7 +230,7 @@ class RecorderNode(Node):
     ----------
     context : Context
         The node's context.
-    bus : Bus
+    bus : RecordedBus
         Topics of the executor; messages are heard after the nodes that use them.
     parameters : RecorderParameters
     about : callable
@@ -245,15 +247,15 @@ class RecorderNode(Node):
     )
 
     def __init__(
-        self, context: Context, bus: Bus, parameters: RecorderParameters, about: Callable[[], About], sink: Sink
+        self, context: Context, bus: RecordedBus, parameters: RecorderParameters, about: Callable[[], About], sink: Sink
     ) -> None:
         super().__init__(context)
         self._parameters, self._about, self._sink = parameters, about, sink
         self._ring_globs = checked_globs(parameters.topics) if parameters.ring_minutes else ()
         self._intake = Intake(bus, context.now, self._take)
-        self._entries: list[Entry] = []
+        self._entries: list[BatchedMessage] = []
         self._pending = self._messages = self._lost = 0
-        self._recording: Recording | None = None
+        self._recording: RunningRecording | None = None
         self._handed = ""
         self._problem = ""
 
@@ -321,7 +323,9 @@ class RecorderNode(Node):
         now = self.context.now()
         self._problem = ""
         self._hand_over()  # what was heard before is of the ring alone
-        self._recording = Recording(f"{datetime.fromtimestamp(now, UTC):%Y%m%dT%H%M%SZ}", now + request.seconds, globs)
+        self._recording = RunningRecording(
+            f"{datetime.fromtimestamp(now, UTC):%Y%m%dT%H%M%SZ}", now + request.seconds, globs
+        )
         self._intake.hear(self._globs())
         self._intake.repeat()
         self._hand_over()
@@ -348,7 +352,7 @@ class RecorderNode(Node):
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
-    def _take(self, entry: Entry) -> None:
+    def _take(self, entry: BatchedMessage) -> None:
         self._entries.append(entry)
         self._pending += len(entry.payload)
         if self._pending > MOST_PENDING:
@@ -366,7 +370,7 @@ class RecorderNode(Node):
         else:
             self._lost += len(entries)
 
-    def _batch(self, recording: str, entries: list[Entry]) -> Batch:
+    def _batch(self, recording: str, entries: list[BatchedMessage]) -> Batch:
         ring, now = self._parameters, self._recording
         return Batch(
             about=self._about(),
@@ -386,5 +390,5 @@ class RecorderNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue a recording."""
-        self._recording = from_json(state, Recording)
+        self._recording = from_json(state, RunningRecording)
         self._intake.hear(self._globs())

@@ -17,7 +17,7 @@ from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
-from ppaas.nodes.depth_images import CameraInfoWait, DepthCamera, depth_camera_of, depths_of
+from ppaas.nodes.depth_images import CameraInfoWait, DepthLens, depth_camera_of, depths_of
 from ppaas.nodes.depthimage_to_laserscan.node import RATES
 from ppaas.nodes.frames import BASE_FOOTPRINT, FrameListener, FrameNames
 from ppaas.nodes.message_checks import expect
@@ -63,10 +63,10 @@ class TorsoDetectorNode(Node):
         self._parameters = parameters
         self._frames = FrameListener(names)
         self._wait = CameraInfoWait()
-        self._camera: DepthCamera | None = None
+        self._camera: DepthLens | None = None
         self._detector: TorsoDetector | None = None
         self._jobs = JobQueue(context, most=1)
-        self._built_for: tuple[DepthCamera, Rigid] | None = None
+        self._built_for: tuple[DepthLens, Rigid] | None = None
         self._last = -math.inf
         self._error: PPaaSError | None = None
 
@@ -97,7 +97,7 @@ class TorsoDetectorNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
-        self._camera = from_json(state, DepthCamera)
+        self._camera = from_json(state, DepthLens)
 
     def _on_image(self, message: Image | CompressedImage) -> None:
         now = self.context.elapsed()

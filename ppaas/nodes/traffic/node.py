@@ -17,7 +17,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.other_robots import others_of
-from ppaas.traffic.coordinator import Coordinator, checkpoint_of, restore, state_of
+from ppaas.traffic.coordinator import TrafficCoordinator, checkpoint_of, restore, state_of
 from ppaas.traffic.members import PERSON, ROBOT
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import MakeRoadmap
@@ -74,7 +74,7 @@ class TrafficNode(Node):
         self._make_roadmap = make_roadmap
         self._parameters = parameters
         self._seconds = 0.0
-        self._coordinator = Coordinator(make_roadmap(layers), parameters, now=context.elapsed())
+        self._coordinator = TrafficCoordinator(make_roadmap(layers), parameters, now=context.elapsed())
         self._layers, self._zones = layers, ZonesInForce(layers.zones)
 
     def start(self) -> None:

@@ -19,7 +19,7 @@ from ppaas.messages.nav2_msgs import (
     FollowWaypointsFeedback,
     FollowWaypointsResult,
     NavigateThroughPosesActionGoal,
-    Progress,
+    WaypointProgress,
     WaypointStatus,
 )
 from ppaas.messages.tf2_msgs import TFMessage
@@ -68,7 +68,7 @@ class WaypointTopics:
         waypoints = ended.goal
         missed = [
             WaypointStatus(
-                Progress.FAILED,
+                WaypointProgress.FAILED,
                 missed.index,
                 PoseStamped(Header(frame_id=MAP), Pose.of(waypoints.poses[missed.index])),
                 FollowWaypointsError.UNKNOWN,

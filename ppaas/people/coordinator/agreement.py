@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.people.coordinator.group import Robot, prior_of
+from ppaas.people.coordinator.group import MemberRobot, prior_of
 from ppaas.people.coordinator.people_table import PeopleTable, PersonRecord
 from ppaas.people.coordinator.positions import jacobian_of
 from ppaas.people.coordinator.sightings import Sightings
-from ppaas.people.coordinator.visibility import View, Walls, visible_pairs
+from ppaas.people.coordinator.visibility import PlacedView, Walls, visible_pairs
 from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]
@@ -62,7 +62,9 @@ def _all_together(sightings: Sightings) -> tuple[Array, Array]:
     return information, vectors
 
 
-def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot, information: Array, vectors: Array) -> None:
+def _compare(
+    sightings: Sightings, mine: NDArray[np.bool_], robot: MemberRobot, information: Array, vectors: Array
+) -> None:
     """Update the offset of one robot by its torsos ``mine``, beside what the others alone report of the same people."""
     people, positions, covariances = sightings.people[mine], sightings.positions[mine], sightings.covariances[mine]
     own, _ = inverse_2x2(covariances)
@@ -76,7 +78,7 @@ def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot, inform
 
 def settle(
     table: PeopleTable,
-    robots: Mapping[str, Robot],
+    robots: Mapping[str, MemberRobot],
     pair: tuple[PersonRecord, PersonRecord],
     difference: Array,
 ) -> set[str]:
@@ -87,7 +89,7 @@ def settle(
     Parameters
     ----------
     table : PeopleTable
-    robots : mapping of str to Robot
+    robots : mapping of str to MemberRobot
     pair : pair of PersonRecord
         The one person as two.
     difference : (2,) array
@@ -108,7 +110,7 @@ def settle(
     return {*ones, *others}
 
 
-def _shift(table: PeopleTable, robots: Sequence[Robot], error: Array) -> None:
+def _shift(table: PeopleTable, robots: Sequence[MemberRobot], error: Array) -> None:
     """Add an error [m] to the offsets of robots, and take it from the people whom they alone see."""
     if not error.any():
         return
@@ -122,14 +124,14 @@ def _shift(table: PeopleTable, robots: Sequence[Robot], error: Array) -> None:
 
 
 def compare_reports(
-    table: PeopleTable, robots: Mapping[str, Robot], denied_by: Mapping[int, Sequence[str]], seconds: float
+    table: PeopleTable, robots: Mapping[str, MemberRobot], denied_by: Mapping[int, Sequence[str]], seconds: float
 ) -> None:
     """Add evidence for and against each robot, from the people in its last report.
 
     Parameters
     ----------
     table : PeopleTable
-    robots : mapping of str to Robot
+    robots : mapping of str to MemberRobot
         The robots that report.
     denied_by : mapping of int to sequence of str
         The robots that should see a person and do not, by the row of the person.
@@ -155,13 +157,15 @@ def compare_reports(
             robot.trust.compare(seconds, confirmed=confirmed, denied=denied, witnesses=sorted(witnesses[name]))
 
 
-def compare_distrusted(table: PeopleTable, robot: Robot, deny: Mapping[int, Sequence[str]], seconds: float) -> None:
+def compare_distrusted(
+    table: PeopleTable, robot: MemberRobot, deny: Mapping[int, Sequence[str]], seconds: float
+) -> None:
     """Add evidence for and against a robot that is not trusted, by the distances to the people whom others see.
 
     Parameters
     ----------
     table : PeopleTable
-    robot : Robot
+    robot : MemberRobot
     deny : mapping of int to sequence of str
         The robots that should see each of its torsos, by number.
     seconds : float
@@ -193,9 +197,9 @@ class RobotComparison:
     Parameters
     ----------
     table : PeopleTable
-    robots : mapping of str to Robot
+    robots : mapping of str to MemberRobot
         The robots that report.
-    views : sequence of View
+    views : sequence of PlacedView
         Views of those that are trusted, numbered as in the sorted names of ``robots``.
     walls : Walls
     bodies : (M, 2) array
@@ -205,8 +209,8 @@ class RobotComparison:
     """
 
     def __init__(
-        self, table: PeopleTable, robots: Mapping[str, Robot], views: Sequence[View], walls: Walls, *, bodies: Array,
-        radius: float,
+        self, table: PeopleTable, robots: Mapping[str, MemberRobot], views: Sequence[PlacedView], walls: Walls, *,
+        bodies: Array, radius: float,
     ) -> None:  # fmt: skip
         self._table, self._robots, self._names = table, robots, sorted(robots)
         self._views, self._walls = views, walls
@@ -238,7 +242,7 @@ class RobotComparison:
                 compare_distrusted(self._table, robot, self._deny_torsos(robot), seconds)
             robot.trust.judge(reliable - {name})
 
-    def _compare_with_map(self, robot: Robot, seconds: float) -> None:
+    def _compare_with_map(self, robot: MemberRobot, seconds: float) -> None:
         """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""
         robot.trust.see(seconds, walled=robot.report.outside, clear=0)
         if len(robot.world):
@@ -256,7 +260,7 @@ class RobotComparison:
                 denied_by.setdefault(row, []).append(self._names[number])
         return denied_by
 
-    def _deny_torsos(self, robot: Robot) -> dict[int, list[str]]:
+    def _deny_torsos(self, robot: MemberRobot) -> dict[int, list[str]]:
         """Return the robots that should see each torso of one that is not trusted, by number."""
         torsos = robot.torsos()
         deny: dict[int, list[str]] = {}
@@ -264,7 +268,7 @@ class RobotComparison:
             deny.setdefault(torso, []).append(self._names[number])
         return deny
 
-    def _visible(self, views: Sequence[View], people: Array, wanted: Sequence[int]) -> list[tuple[int, int]]:
+    def _visible(self, views: Sequence[PlacedView], people: Array, wanted: Sequence[int]) -> list[tuple[int, int]]:
         if not views or not wanted:
             return []
         return visible_pairs(views, self._walls, people, wanted, self._bodies, radius=self._radius)

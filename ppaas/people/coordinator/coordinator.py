@@ -18,14 +18,22 @@ from ppaas.people.coordinator import agreement
 from ppaas.people.coordinator.agreement import RobotComparison
 from ppaas.people.coordinator.cost_fields import PathCosts
 from ppaas.people.coordinator.duplicates import Duplicates
-from ppaas.people.coordinator.follow_controller import FollowController, Scene
-from ppaas.people.coordinator.group import MOST_ROBOTS, Robot, Robots
+from ppaas.people.coordinator.follow_controller import FollowController, FollowScene
+from ppaas.people.coordinator.group import MOST_ROBOTS, MemberRobot, Robots
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable, PersonRecord
 from ppaas.people.coordinator.reports import Report, detected_twice, read_report
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state import load_state, save_state, state_of
-from ppaas.people.coordinator.visibility import MapArea, View, Walls, hidden_by_people, in_views, view_of, visible_pairs
+from ppaas.people.coordinator.visibility import (
+    MapArea,
+    PlacedView,
+    Walls,
+    hidden_by_people,
+    in_views,
+    view_of,
+    visible_pairs,
+)
 from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
@@ -46,14 +54,14 @@ class Contradictions:
     table : PeopleTable
     robots : sequence of str
         Robot IDs, by the numbers of the views.
-    views : sequence of View
+    views : sequence of PlacedView
     walls : Walls
     radius : float
         Radius of people who hide others [m].
     """
 
     def __init__(
-        self, table: PeopleTable, robots: Sequence[str], views: Sequence[View], walls: Walls, radius: float
+        self, table: PeopleTable, robots: Sequence[str], views: Sequence[PlacedView], walls: Walls, radius: float
     ) -> None:
         self._table, self._views, self._walls, self._radius = table, views, walls, radius
         self._within = in_views(views, table.positions)
@@ -175,7 +183,7 @@ FIRST_COSTS = 2.0
 """Time that orders wait for the costs of all people [s]."""
 
 
-class Coordinator:
+class PeopleCoordinator:
     """Coordinates the robots of a group on a map.
 
     Parameters
@@ -332,7 +340,7 @@ class Coordinator:
                 part.move_times(seconds)
             self.at, self.began = now, self.began + seconds
 
-    def _recognize(self, reporting: Mapping[str, Robot], now: float) -> None:
+    def _recognize(self, reporting: Mapping[str, MemberRobot], now: float) -> None:
         """Steps 1 to 3: torsos in the world frame become people; robots that see the same people are compared."""
         used = {name: robot for name, robot in reporting.items() if robot.trust.trusted}
         fresh = [robot for robot in used.values() if robot.fresh]
@@ -348,7 +356,7 @@ class Coordinator:
                 if row is not None:
                     self.table.rows[row].seen_by[name] = frame
 
-    def _views(self, reporting: Mapping[str, Robot]) -> list[View]:
+    def _views(self, reporting: Mapping[str, MemberRobot]) -> list[PlacedView]:
         """Return the views of the robots that are trusted, numbered as in the sorted names of ``reporting``."""
         return [
             view_of(number, robot.pose, view)
@@ -357,14 +365,14 @@ class Coordinator:
             for view in robot.report.views
         ]
 
-    def _update_presence(self, views: list[View], seconds: float, now: float) -> None:
+    def _update_presence(self, views: list[PlacedView], seconds: float, now: float) -> None:
         unseen = [row for row, person in enumerate(self.table.rows) if not person.seen_by and person.state != LOST]
         missed_by: dict[int, list[bool]] = {}
         for _, row in self._visible(views, unseen):
             missed_by.setdefault(row, []).append(True)
         update_presence(self.table, missed_by, seconds, now, self.parameters)
 
-    def _visible(self, views: list[View], wanted: list[int]) -> list[tuple[int, int]]:
+    def _visible(self, views: list[PlacedView], wanted: list[int]) -> list[tuple[int, int]]:
         """Return the pairs of robot and row of which the robot should see the person."""
         if not wanted or not views:
             return []
@@ -373,7 +381,7 @@ class Coordinator:
             views, self._walls, self.table.positions, wanted, bodies, radius=self.parameters.body_radius
         )
 
-    def _merge(self, reporting: Mapping[str, Robot], views: list[View], now: float) -> None:
+    def _merge(self, reporting: Mapping[str, MemberRobot], views: list[PlacedView], now: float) -> None:
         """Join identities that are one person, and correct the offsets of the robots that disagreed."""
         contradict = Contradictions(self.table, sorted(reporting), views, self._walls, self.parameters.body_radius)
         pairs = self._duplicates.find(self.table, now, contradict)
@@ -411,7 +419,7 @@ class Coordinator:
             at = self.table.positions[rows].tolist()
             self.zones.add({self.table.rows[row].id: (x, y) for row, (x, y) in zip(rows, at, strict=True)}, now)
 
-    def _follow(self, reporting: Mapping[str, Robot], now: float) -> None:
+    def _follow(self, reporting: Mapping[str, MemberRobot], now: float) -> None:
         """Steps 4 and 5: costs, targets by the rule, and orders."""
         able = {name for name, robot in reporting.items() if robot.report.can_follow and robot.trust.trusted}
         wanted = {*self.follow.orders, *self.settings.targets}
@@ -437,9 +445,9 @@ class Coordinator:
         known = self.robots.known
         following = {name: robot.report.following for name, robot in known.items()}
         kept = {name for name, robot in known.items() if self._keeps_orders(robot, now)}
-        self.follow.update(Scene(now, targets, seen, costs, fresh, able, kept, following, reasons))
+        self.follow.update(FollowScene(now, targets, seen, costs, fresh, able, kept, following, reasons))
 
-    def _keeps_orders(self, robot: Robot, now: float) -> bool:
+    def _keeps_orders(self, robot: MemberRobot, now: float) -> bool:
         """Return whether a robot that has orders may keep them: its reports may be late for a while."""
         late = now - robot.arrived > LATE * self.parameters.report_timeout
         return robot.report.can_follow and robot.trust.trusted and not late

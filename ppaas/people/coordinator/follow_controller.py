@@ -87,7 +87,7 @@ def takes_over(current: float, other: Sequence[float], samples: int) -> bool:
 
 
 @dataclass(slots=True)
-class Order:
+class FollowAssignment:
     """A robot follows a person.
 
     Parameters
@@ -115,7 +115,7 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class FollowScene:
     """The robots and people that orders depend on.
 
     Parameters
@@ -160,7 +160,7 @@ class FollowController:
 
     Attributes
     ----------
-    orders : dict of int to Order
+    orders : dict of int to FollowAssignment
         By person.
     given_up : dict of (str, int) to float
         Time until which a robot does not get a person again that it gave up [s].
@@ -168,12 +168,12 @@ class FollowController:
 
     def __init__(self, parameters: CoordinatorParameters) -> None:
         self._parameters = parameters
-        self.orders: dict[int, Order] = {}
+        self.orders: dict[int, FollowAssignment] = {}
         self.given_up: dict[tuple[str, int], float] = {}
         self._history: dict[int, deque[tuple[float, dict[str, float]]]] = {}
         self._handed_over: dict[int, tuple[str, float]] = {}
 
-    def update(self, scene: Scene) -> None:
+    def update(self, scene: FollowScene) -> None:
         """Update the orders."""
         self.given_up = {pair: until for pair, until in self.given_up.items() if until > scene.now}
         self._drop(scene)
@@ -205,7 +205,7 @@ class FollowController:
             person: deque((at + seconds, costs) for at, costs in seen) for person, seen in self._history.items()
         }
 
-    def _drop(self, scene: Scene) -> None:
+    def _drop(self, scene: FollowScene) -> None:
         """Drop orders that cannot go on: the robot left or gave up, the person is forgotten or not wanted any more."""
         for person, order in list(self.orders.items()):
             order.began |= scene.following.get(order.robot, 0) == person
@@ -217,7 +217,7 @@ class FollowController:
             if gave_up or order.robot not in scene.kept or person not in scene.known or person not in scene.targets:
                 del self.orders[person]
 
-    def _refresh(self, order: Order, scene: Scene) -> None:
+    def _refresh(self, order: FollowAssignment, scene: FollowScene) -> None:
         """Note what an order costs now, and the costs of all robots that see the person."""
         seers = scene.known[order.person]
         if order.robot in seers:
@@ -231,7 +231,7 @@ class FollowController:
         while history and history[0][0] < scene.now - 2.0 * self._parameters.switch_history:
             history.popleft()
 
-    def _switch(self, order: Order, scene: Scene) -> None:
+    def _switch(self, order: FollowAssignment, scene: FollowScene) -> None:
         """Hand a person over to another robot, by the switch rule or since the robot does not see the person.
 
         A robot that does not see the person drives to where the others see the person: it is replaced at once only by
@@ -257,26 +257,26 @@ class FollowController:
                 self._give(order.person, robot, scene, reason)
                 return
 
-    def _assign(self, scene: Scene) -> None:
+    def _assign(self, scene: FollowScene) -> None:
         """Give the people who nobody follows yet to free robots."""
         waiting = [person for person in scene.targets if person not in self.orders and person in scene.known]
         costs = {person: self._able(person, scene) for person in waiting}
         for person, robot in follow_actions(waiting, costs, self._free(scene)).items():
             self._give(person, robot, scene, scene.reasons.get(person, ""))
 
-    def _give(self, person: int, robot: str, scene: Scene, reason: str) -> None:
+    def _give(self, person: int, robot: str, scene: FollowScene, reason: str) -> None:
         order = self.orders.get(person)
         if order is not None:
             self._handed_over[person] = order.robot, scene.now
         cost = scene.costs.get(person, {}).get(robot, math.inf)
-        self.orders[person] = Order(person, robot, scene.now, cost, reason, scene.now)
+        self.orders[person] = FollowAssignment(person, robot, scene.now, cost, reason, scene.now)
         self._history.pop(person, None)
 
-    def _free(self, scene: Scene) -> list[str]:
+    def _free(self, scene: FollowScene) -> list[str]:
         busy = {order.robot for order in self.orders.values()}
         return sorted(scene.able - busy)
 
-    def _able(self, person: int, scene: Scene) -> dict[str, float]:
+    def _able(self, person: int, scene: FollowScene) -> dict[str, float]:
         """Return the costs of the robots that see a person, can follow and did not give the person up."""
         return {
             robot: cost

@@ -160,7 +160,7 @@ FROZEN = "repeats a report with the same stamp; check its detectors"
 
 
 @dataclass(slots=True)
-class Robot:
+class MemberRobot:
     """A robot of the group.
 
     Parameters
@@ -279,14 +279,14 @@ class Robots:
 
     Attributes
     ----------
-    known : dict of str to Robot
+    known : dict of str to MemberRobot
     earlier : dict of str to Earlier
         Robots of a checkpoint that have not reported since.
     """
 
     def __init__(self, deviation_history: float) -> None:
         self._history = deviation_history
-        self.known: dict[str, Robot] = {}
+        self.known: dict[str, MemberRobot] = {}
         self.earlier: dict[str, Earlier] = {}
 
     def take(self, report: Report, now: float) -> None:
@@ -304,9 +304,9 @@ class Robots:
         robot.measured = robot.clock.measured_at(report.stamp, now)
         robot.note_deviation(now, report.deviation, now - self._history)
 
-    def _joined(self, report: Report, now: float) -> Robot:
+    def _joined(self, report: Report, now: float) -> MemberRobot:
         """Return a robot of which this is the first report."""
-        robot = Robot(report.robot, report, now, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
+        robot = MemberRobot(report.robot, report, now, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
         robot.offset.at, robot.offset.covariance = now, prior_of(report)
         earlier = self.earlier.pop(report.robot, None)
         if earlier is not None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.people.coordinator.group import Robot
+from ppaas.people.coordinator.group import MemberRobot
 from ppaas.people.coordinator.identities import NOBODY, Known, Torsos, recognize
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import CONFIRMED, MOST_EVIDENCE, PeopleTable
@@ -32,7 +32,7 @@ class Sightings:
 
     Parameters
     ----------
-    robots : list of Robot
+    robots : list of MemberRobot
         Those with a new report, in the order of precedence.
     owners : (T,) int array
         Number of the robot of each torso.
@@ -43,7 +43,7 @@ class Sightings:
     scores : (T,) array
     """
 
-    robots: list[Robot]
+    robots: list[MemberRobot]
     owners: Ints
     people: Ints
     positions: Array
@@ -51,14 +51,16 @@ class Sightings:
     scores: Array
 
 
-def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters: CoordinatorParameters) -> Sightings:
+def observe(
+    table: PeopleTable, robots: Sequence[MemberRobot], now: float, parameters: CoordinatorParameters
+) -> Sightings:
     """Recognize the people in new reports, and update the table by them.
 
     Parameters
     ----------
     table : PeopleTable
         Predicted until ``now``; it is modified.
-    robots : sequence of Robot
+    robots : sequence of MemberRobot
         Robots with a new report that are trusted. Their order does not matter.
     now : float
         [s]
@@ -85,7 +87,7 @@ def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters:
 
 
 def _stacked(
-    table: PeopleTable, robots: Sequence[Robot], uncertainties: Sequence[float], now: float
+    table: PeopleTable, robots: Sequence[MemberRobot], uncertainties: Sequence[float], now: float
 ) -> tuple[Torsos, Array, Array]:
     """Return the torsos of all robots with these uncertainties [m], their scores and their ages [s]."""
     row_of = table.row_of()

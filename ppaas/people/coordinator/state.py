@@ -12,7 +12,7 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, FollowOrder, GroupRobot, PeopleState, TrackedPerson
-from ppaas.people.coordinator.follow_controller import FollowController, Order
+from ppaas.people.coordinator.follow_controller import FollowAssignment, FollowController
 from ppaas.people.coordinator.group import Earlier, Robots
 from ppaas.people.coordinator.identities import people_counter
 from ppaas.people.coordinator.parameters import CoordinatorParameters
@@ -66,7 +66,7 @@ class _Saved(msgspec.Struct, forbid_unknown_fields=True):
     covariances: bytes
     weights: bytes
     robots: list[_Robot]
-    orders: list[Order]
+    orders: list[FollowAssignment]
     given_up: list[tuple[str, int, float]]
     hour: int
     counted: list[tuple[str, int, int]]

@@ -31,7 +31,7 @@ BEHIND = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class PlacedView:
     """View of a sensor in the frame of the map.
 
     Parameters
@@ -52,10 +52,10 @@ class View:
     range_max: float
 
 
-def view_of(robot: int, pose: Pose2D, view: SensorView) -> View:
+def view_of(robot: int, pose: Pose2D, view: SensorView) -> PlacedView:
     """Return a sensor's view in the map, of a robot at a pose."""
     sensor = pose @ Pose2D(view.x, view.y, view.yaw)
-    return View(robot, sensor, 0.5 * view.field_of_view, view.range_min, view.range_max)
+    return PlacedView(robot, sensor, 0.5 * view.field_of_view, view.range_min, view.range_max)
 
 
 class Walls:
@@ -129,7 +129,7 @@ def _are_below(limit: int, numbers: NDArray[np.int32]) -> bool:
     return bool(numbers.min() >= 0 and numbers.max() < limit)
 
 
-def in_views(views: Sequence[View], people: Array) -> Mask:
+def in_views(views: Sequence[PlacedView], people: Array) -> Mask:
     """Return the (V, N) mask of the (N, 2) people [m] who are well within each view, whatever may hide them."""
     if not views or not len(people):
         return np.zeros((len(views), len(people)), np.bool_)
@@ -164,13 +164,13 @@ def hidden_by_people(
 
 
 def visible_pairs(
-    views: Sequence[View], walls: Walls, people: Array, wanted: Iterable[int], bodies: Array, *, radius: float
+    views: Sequence[PlacedView], walls: Walls, people: Array, wanted: Iterable[int], bodies: Array, *, radius: float
 ) -> list[tuple[int, int]]:
     """Return the (robot, person) pairs of which the robot should see the person.
 
     Parameters
     ----------
-    views : sequence of View
+    views : sequence of PlacedView
     walls : Walls
     people : (N, 2) array
         Positions of all people [m].

@@ -21,8 +21,8 @@ from ppaas.messages.people_coordination import (
     TrackedPerson,
 )
 from ppaas.people.following.parameters import FollowParameters
-from ppaas.people.following.places import GROUP_MARGIN, PlaceRequest, Places, choose_place, facing
-from ppaas.people.following.search import Search
+from ppaas.people.following.places import GROUP_MARGIN, Places, StandingRequest, choose_place, facing
+from ppaas.people.following.search import SearchArea
 from ppaas.people.talking_groups import Points, distances_to, groups_of, predicted
 
 # -- progress of a robot towards the places that were chosen for it ----------------------------------------------------
@@ -42,7 +42,7 @@ FORGOTTEN = 20.0
 MOST_FAILURES = 3
 
 
-class Progress:
+class UnreachedPlaces:
     """Notes places that the robot does not get to.
 
     Attributes
@@ -221,7 +221,7 @@ UNKNOWN = 5.0
 """Time after which a person without a position is given up [s]."""
 
 
-class Step(NamedTuple):
+class FollowStep(NamedTuple):
     """What the robot does now.
 
     Parameters
@@ -267,9 +267,9 @@ class Following:
         self._target = Target(now)
         self._began, self._heard_at = now, now
         self._state: PeopleState | None = None
-        self._search: Search | None = None
+        self._search: SearchArea | None = None
         self._search_began = 0.0
-        self._progress = Progress()
+        self._progress = UnreachedPlaces()
         self._gave_up, self._not_found = "", False
         self._settled = self._turning = False
         self._direction: float | None = None
@@ -305,7 +305,7 @@ class Following:
         """Stop following by this order, or until a robot sees a person who was ``not_found``."""
         self._gave_up, self._not_found = reason, not_found
 
-    def step(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+    def step(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> FollowStep:
         """Decide what the robot does.
 
         Parameters
@@ -321,13 +321,13 @@ class Following:
             step = self._decide(now, robot, views)
             if not self._gave_up:
                 return step
-        return Step(GAVE_UP, self._gave_up)
+        return FollowStep(GAVE_UP, self._gave_up)
 
-    def _decide(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+    def _decide(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> FollowStep:
         if not self._target.known:
             if now - self._began > UNKNOWN:
                 self.give_up(f"the coordinator knows no position of person {self.person}")
-            return Step(WAITING, f"waiting for the position of person {self.person}")
+            return FollowStep(WAITING, f"waiting for the position of person {self.person}")
         if now - self._target.seen_at > self._parameters.hidden_patience:
             return self._look(now, robot, views)
         self._search = None
@@ -335,7 +335,7 @@ class Following:
 
     # -- following -----------------------------------------------------------------------------------------------------
 
-    def _follow(self, now: float, robot: Pose2D) -> Step:
+    def _follow(self, now: float, robot: Pose2D) -> FollowStep:
         person = self._target.position(now)
         apart = math.dist(person, robot[:2])
         if apart <= NEAR and self._approaches(person, robot):
@@ -352,15 +352,15 @@ class Following:
             if self._progress.failures > self._progress.most:
                 self.give_up("the places near the person cannot be reached")
             return self._wait("the place is not reached; another one is tried", robot, person)
-        return Step(FOLLOWING, f"following person {self.person}", apart, place, self._speed(apart))
+        return FollowStep(FOLLOWING, f"following person {self.person}", apart, place, self._speed(apart))
 
-    def _wait(self, reason: str, robot: Pose2D, person: tuple[float, float]) -> Step:
+    def _wait(self, reason: str, robot: Pose2D, person: tuple[float, float]) -> FollowStep:
         """Stand, and turn to the person."""
         self._progress.rest()
         pose = facing((robot.x, robot.y), person)
         off = abs(wrap_angle(pose.theta - robot.theta))
         self._turning = off > (TURNED if self._turning else TURN)
-        return Step(WAITING, reason, math.dist(person, robot[:2]), pose if self._turning else None)
+        return FollowStep(WAITING, reason, math.dist(person, robot[:2]), pose if self._turning else None)
 
     def _approaches(self, person: tuple[float, float], robot: Pose2D) -> bool:
         """Return whether the person walks towards the robot, which stands then if the person is near."""
@@ -411,12 +411,12 @@ class Following:
 
     def _request(
         self, now: float, ahead: tuple[float, float], robot: Pose2D, wanted: float, path: tuple[float, float] | None
-    ) -> PlaceRequest:
+    ) -> StandingRequest:
         assert self._state is not None, "the person is known from a message"
         age = now - self._heard_at
         others = [person for person in self._state.people if person.id != self.person and person.state != LOST]
         robots = [(each.position.x, each.position.y) for each in self._state.robots if each.robot != self._robot]
-        return PlaceRequest(
+        return StandingRequest(
             ahead, robot, self._parameters.distance, wanted, self._direction, path,
             people=np.array([predicted(person, age) for person in others]).reshape(-1, 2),
             robots=np.array(robots).reshape(-1, 2),
@@ -448,14 +448,14 @@ class Following:
 
     # -- searching -----------------------------------------------------------------------------------------------------
 
-    def _look(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+    def _look(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> FollowStep:
         target = self._target
         assert target.seen is not None, "the person is known"
         search = self._search
         if search is None:
             velocity = target.seen.velocity.x, target.seen.velocity.y
             seen = target.seen.position.x, target.seen.position.y
-            search = self._search = Search(self.places, seen, velocity, target.seen_at)
+            search = self._search = SearchArea(self.places, seen, velocity, target.seen_at)
             self._search_began = now
             self._progress.reset()
         newcomer = self._newcomer(search)
@@ -470,9 +470,9 @@ class Following:
             self.give_up(f"person {self.person} is nowhere near the place of the last sight", not_found=True)
         elif self._progress.is_stuck(now, robot, place):
             search.skip()
-        return Step(SEARCHING, f"searching for person {self.person}", 0.0, place, self._parameters.max_speed)
+        return FollowStep(SEARCHING, f"searching for person {self.person}", 0.0, place, self._parameters.max_speed)
 
-    def _newcomer(self, search: Search) -> int | None:
+    def _newcomer(self, search: SearchArea) -> int | None:
         """Return the id of a person who appeared where the searched one may be, most likely the same with another id.
 
         The coordinator keeps no identity for long without a sight. If a user named the person, the search goes on.

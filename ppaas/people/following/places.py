@@ -123,7 +123,7 @@ NOBODY: Points = np.empty((0, 2))
 
 
 @dataclass(frozen=True, slots=True)
-class PlaceRequest:
+class StandingRequest:
     """What a place has to suit.
 
     Parameters
@@ -166,7 +166,7 @@ FAILED_RADIUS = 0.4
 """Distance from a place that was not reached within which no other is chosen [m]."""
 
 
-def choose_place(request: PlaceRequest, places: Places) -> tuple[float, float] | None:
+def choose_place(request: StandingRequest, places: Places) -> tuple[float, float] | None:
     """Return the best place x, y [m]; None if none is free."""
     if request.path is not None and _suits(np.array([request.path]), request, places)[0]:
         return request.path
@@ -183,7 +183,7 @@ def choose_place(request: PlaceRequest, places: Places) -> tuple[float, float] |
     return x, y
 
 
-def _suits(points: Points, request: PlaceRequest, places: Places) -> NDArray[np.bool_]:
+def _suits(points: Points, request: StandingRequest, places: Places) -> NDArray[np.bool_]:
     suits = places.standable(points) & (distances_to(points, request.groups) >= GROUP_MARGIN)
     limits = (
         (request.people, request.personal_space), (request.robots, ROBOT_MARGIN), (request.failed, FAILED_RADIUS),
@@ -194,7 +194,7 @@ def _suits(points: Points, request: PlaceRequest, places: Places) -> NDArray[np.
 
 
 def _costs(
-    points: Points, angle: NDArray[np.float64], radius: NDArray[np.float64], request: PlaceRequest
+    points: Points, angle: NDArray[np.float64], radius: NDArray[np.float64], request: StandingRequest
 ) -> NDArray[np.float64]:
     costs = SIDE * _off(angle, request.wanted) + NEARER * np.abs(radius - request.distance)
     costs += TRAVEL * np.hypot(*(points - request.robot[:2]).T)

@@ -58,7 +58,7 @@ LOOKS = 0.7
 Cells = NDArray[np.bool_]
 
 
-class Search:
+class SearchArea:
     """Area in which a person may be.
 
     Parameters

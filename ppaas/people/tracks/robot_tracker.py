@@ -8,7 +8,7 @@ import msgspec
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.people_coordination import SensorView
-from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker, TrackerState
+from ppaas.people.tracks.tracker import Detection, LocalTrack, PeopleTracker, TrackerState
 
 # -- views of a robot's detectors --------------------------------------------------------------------------------------
 
@@ -82,7 +82,7 @@ class RobotTracker:
     """
 
     def __init__(self) -> None:
-        self._tracker = Tracker()
+        self._tracker = PeopleTracker()
         self._newest: dict[int, tuple[float, Detection]] = {}
         self._seen_by: dict[int, dict[str, float]] = {}
         self._believed: dict[tuple[str, str], int] = {}

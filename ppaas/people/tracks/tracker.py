@@ -156,7 +156,7 @@ def always(_: LocalTrack) -> bool:
     return True
 
 
-class Tracker:
+class PeopleTracker:
     """Tracks of people, which measurements update one after another.
 
     Parameters

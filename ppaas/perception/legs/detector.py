@@ -16,7 +16,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
 from ppaas.perception.legs.parameters import LegDetectorParameters
-from ppaas.perception.legs.segments import Segments, both_evidence, is_circle, leg_evidence, segments_of, spacing_of
+from ppaas.perception.legs.segments import ScanSegments, both_evidence, is_circle, leg_evidence, segments_of, spacing_of
 from ppaas.perception.unmapped_objects import unmapped
 
 Floats = NDArray[np.float64]
@@ -279,7 +279,7 @@ class LegDetector:
         found = [*people_of(centres, legs, motion), *_merged(centres, both, motion)]
         return self._detections(_without_twins(found), reading.origin)
 
-    def _useful(self, segments: Segments, known: MapInFrame | None) -> NDArray[np.int64]:
+    def _useful(self, segments: ScanSegments, known: MapInFrame | None) -> NDArray[np.int64]:
         """Return the segments that may be legs: near enough, with enough beams, and not in the map."""
         own = self._parameters
         useful = (segments.range >= own.min_range) & (segments.count >= own.min_points_per_group)
@@ -308,7 +308,7 @@ TWINS = 0.35
 """Distance within which two detections are of one person [m]."""
 
 
-def _centres(segments: Segments, laser: Pose2D) -> Floats:
+def _centres(segments: ScanSegments, laser: Pose2D) -> Floats:
     """Return the (m, 2) centres of the objects: behind the mean of their hits."""
     if not len(segments):
         return np.empty((0, 2))

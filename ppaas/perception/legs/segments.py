@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Segments:
+class ScanSegments:
     """Segments of a scan, in the order of the beams.
 
     Parameters
@@ -67,7 +67,7 @@ class Segments:
         return self.last - self.first + 1
 
 
-def segments_of(reading: LaserReading, *, gap: float, longest: float) -> Segments:
+def segments_of(reading: LaserReading, *, gap: float, longest: float) -> ScanSegments:
     """Return the segments of a scan.
 
     Parameters
@@ -125,13 +125,13 @@ class _Hits(NamedTuple):
     step: float
 
 
-def _described(hits: _Hits, first: Ints, last: Ints, before: Floats, after: Floats) -> Segments:
+def _described(hits: _Hits, first: Ints, last: Ints, before: Floats, after: Floats) -> ScanSegments:
     """Return the segments, from the ranges of the beams before and after each."""
     ranges, step = hits.ranges, hits.step
     mean = np.add.reduceat(ranges, first) / (last - first + 1)
     middle = 0.5 * (ranges[(first + last) // 2] + ranges[(first + last + 1) // 2])
     angle = np.abs(_turn(hits.angles[last] - hits.angles[first]))
-    return Segments(
+    return ScanSegments(
         hits.points, first, last, mean, step * mean,
         width=2.0 * mean * np.sin(0.5 * np.minimum(angle + step, np.pi)),
         depth=np.maximum.reduceat(ranges, first) - np.minimum.reduceat(ranges, first),
@@ -154,7 +154,7 @@ def _turn(angles: Floats) -> Floats:
 
 
 _NO_NUMBERS = np.empty(0)
-_NONE = Segments(
+_NONE = ScanSegments(
     np.empty((0, 2)), np.empty(0, np.int64), np.empty(0, np.int64), _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS,
     _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS,
 )  # fmt: skip
@@ -186,7 +186,7 @@ LEAST = -6.0
 """Least value."""
 
 
-def leg_evidence(segments: Segments) -> Floats:
+def leg_evidence(segments: ScanSegments) -> Floats:
     """Return the logarithm of the odds that each segment is one leg, (m,) array."""
     own = np.where(segments.width < LEG_WIDTH, LEG_THINNER, LEG_SPREAD)
     spread = np.hypot(own, 0.45 * segments.spacing)
@@ -198,7 +198,7 @@ def leg_evidence(segments: Segments) -> Floats:
     return np.maximum(odds, LEAST)
 
 
-def both_evidence(segments: Segments) -> Floats:
+def both_evidence(segments: ScanSegments) -> Floats:
     """Return the logarithm of the odds that each segment is two legs side by side, (m,) array."""
     spread = np.hypot(BOTH_SPREAD, 0.45 * segments.spacing)
     odds = -0.5 * ((segments.width - BOTH_WIDTH) / spread) ** 2
@@ -209,7 +209,7 @@ def both_evidence(segments: Segments) -> Floats:
     return np.maximum(odds, LEAST)
 
 
-def _edges(segments: Segments) -> Floats:
+def _edges(segments: ScanSegments) -> Floats:
     """Return the evidence of the edges: legs stand free; a hidden edge may belong to any surface."""
     before, after = segments.gap_before, segments.gap_after
     clear = (before > CLEAR).astype(np.float64) + (after > CLEAR)
@@ -218,7 +218,7 @@ def _edges(segments: Segments) -> Floats:
     return evidence
 
 
-def _roundness(segments: Segments) -> Floats:
+def _roundness(segments: ScanSegments) -> Floats:
     """Return the evidence of the bend, which needs some beams: a leg is round, a flat board is not."""
     bent = np.clip((segments.bend - CURVED) / CURVED, -1.0, 1.0)
     return np.where(segments.count >= 4, bent, 0.0)

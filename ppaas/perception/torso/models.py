@@ -26,7 +26,7 @@ MIRRORED = np.minimum(np.arange(COLUMNS), COLUMNS - 1 - np.arange(COLUMNS))
 """Column of a template for each column of a patch."""
 
 
-class Match(NamedTuple):
+class TemplateMatch(NamedTuple):
     """Best match of each patch.
 
     Parameters
@@ -67,11 +67,11 @@ class UpperBody:
         )
         self._biases = np.repeat(np.array(biases, np.float32), [len(tops) for tops in TOPS])
 
-    def match(self, patches: NDArray[np.uint8]) -> Match:
+    def match(self, patches: NDArray[np.uint8]) -> TemplateMatch:
         """Return the best match of each patch, (n, `ROWS`, `COLUMNS`) uint8."""
         odds = self.odds(patches)
         best = odds.argmax(axis=1)
-        return Match(odds[np.arange(len(best)), best], self._tops[best])
+        return TemplateMatch(odds[np.arange(len(best)), best], self._tops[best])
 
     def odds(self, patches: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the log odds of patches for each height of `TOPS`, (n, number of heights) float32."""

@@ -57,7 +57,7 @@ class Channel(NamedTuple):
     schema: Schema
 
 
-class Service(NamedTuple):
+class FoxgloveService(NamedTuple):
     """Service of the server; requests and responses are JSON."""
 
     id: int
@@ -113,7 +113,7 @@ def unadvertise(channel_ids: Sequence[int]) -> bytes:
     return _encoder.encode({"op": "unadvertise", "channelIds": channel_ids})
 
 
-def advertise_services(services: Iterable[Service]) -> bytes:
+def advertise_services(services: Iterable[FoxgloveService]) -> bytes:
     """Return the announcement of services."""
     listed = [
         {
@@ -153,14 +153,14 @@ def service_failed(service_id: int, call_id: int, message: str) -> bytes:
     return _encoder.encode({"op": "serviceCallFailure", "serviceId": service_id, "callId": call_id, "message": message})
 
 
-class Graph(NamedTuple):
+class ConnectionGraph(NamedTuple):
     """Names of nodes by the topics that they publish or subscribe to, and by the services that they offer."""
 
     published: Mapping[str, Sequence[str]]
     subscribed: Mapping[str, Sequence[str]]
     services: Mapping[str, Sequence[str]]
 
-    def changes_to(self, later: "Graph") -> bytes | None:
+    def changes_to(self, later: "ConnectionGraph") -> bytes | None:
         """Return the answer that turns this graph into a later one; None if they are equal."""
         if self == later:
             return None

@@ -31,20 +31,20 @@ class Request(msgspec.Struct, frozen=True, tag_field="op", rename="camel"):
     """Base of the operations; fields that are not listed are ignored."""
 
 
-class Subscription(msgspec.Struct, frozen=True, rename="camel"):
+class ChannelSubscription(msgspec.Struct, frozen=True, rename="camel"):
     """Subscription to a channel, with the id that its messages carry."""
 
     id: Id
     channel_id: Id
 
 
-class Subscribe(Request, frozen=True, tag="subscribe"):
+class SubscribeChannels(Request, frozen=True, tag="subscribe"):
     """Subscribe to channels."""
 
-    subscriptions: Annotated[list[Subscription], _Listed]
+    subscriptions: Annotated[list[ChannelSubscription], _Listed]
 
 
-class Unsubscribe(Request, frozen=True, tag="unsubscribe"):
+class UnsubscribeChannels(Request, frozen=True, tag="unsubscribe"):
     """End subscriptions."""
 
     subscription_ids: Annotated[list[Id], _Listed]
@@ -59,13 +59,13 @@ class ClientChannel(msgspec.Struct, frozen=True, rename="camel"):
     schema_name: _Text
 
 
-class Advertise(Request, frozen=True, tag="advertise"):
+class AdvertiseChannels(Request, frozen=True, tag="advertise"):
     """Open channels of the client."""
 
     channels: Annotated[list[ClientChannel], _Listed]
 
 
-class Unadvertise(Request, frozen=True, tag="unadvertise"):
+class UnadvertiseChannels(Request, frozen=True, tag="unadvertise"):
     """Close channels of the client."""
 
     channel_ids: Annotated[list[Id], _Listed]
@@ -127,7 +127,7 @@ class MessageData(msgspec.Struct, frozen=True):
     data: bytes
 
 
-class ServiceCall(msgspec.Struct, frozen=True):
+class FoxgloveServiceCall(msgspec.Struct, frozen=True):
     """Call of a service."""
 
     service_id: int
@@ -145,10 +145,10 @@ class RefusedCall(msgspec.Struct, frozen=True):
 
 
 Operation: TypeAlias = (
-    Subscribe
-    | Unsubscribe
-    | Advertise
-    | Unadvertise
+    SubscribeChannels
+    | UnsubscribeChannels
+    | AdvertiseChannels
+    | UnadvertiseChannels
     | GetParameters
     | SetParameters
     | SubscribeParameterUpdates
@@ -171,7 +171,7 @@ class _Named(msgspec.Struct):
 _named = msgspec.json.Decoder(_Named)
 
 
-def read_request(frame: str | bytes) -> Operation | MessageData | ServiceCall | RefusedCall | None:
+def read_request(frame: str | bytes) -> Operation | MessageData | FoxgloveServiceCall | RefusedCall | None:
     """Return the request in a frame, ``bytes`` for a binary one; None for an operation that this version ignores.
 
     A call that cannot be read is returned, too, as far as its ids can: its client waits for an answer.
@@ -200,7 +200,7 @@ def _is_unknown(text: str) -> bool:
         return False
 
 
-def _read_binary(frame: bytes) -> MessageData | ServiceCall | RefusedCall:
+def _read_binary(frame: bytes) -> MessageData | FoxgloveServiceCall | RefusedCall:
     if not frame:
         raise MalformedMessage("an empty binary frame")
     try:
@@ -213,7 +213,7 @@ def _read_binary(frame: bytes) -> MessageData | ServiceCall | RefusedCall:
     raise MalformedMessage(f"unknown binary operation {frame[0]}; known: {MESSAGE_DATA} message, {SERVICE_CALL} call")
 
 
-def _read_call(frame: bytes) -> ServiceCall | RefusedCall:
+def _read_call(frame: bytes) -> FoxgloveServiceCall | RefusedCall:
     service, call, length = _CALL.unpack_from(frame, 1)
     begin = 1 + _CALL.size
     if length > min(MAX_TEXT, len(frame) - begin):
@@ -223,4 +223,4 @@ def _read_call(frame: bytes) -> ServiceCall | RefusedCall:
         encoding = frame[begin : begin + length].decode()
     except UnicodeDecodeError as error:
         return RefusedCall(service, call, MalformedMessage(f"the encoding of a call is no text: {error}"))
-    return ServiceCall(service, call, encoding, frame[begin + length :])
+    return FoxgloveServiceCall(service, call, encoding, frame[begin + length :])

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 from ppaas.errors import Conflict, NotFound, QuotaExceeded
 from ppaas.wire.binary.binary_frame import BinaryFrame
 from ppaas.wire.foxglove.answers import Channel, Schema, message_data
-from ppaas.wire.foxglove.requests import ClientChannel, Subscription
+from ppaas.wire.foxglove.requests import ChannelSubscription, ClientChannel
 
 MAX_SUBSCRIPTIONS = 10_000
 """Largest number of subscriptions of one client."""
@@ -44,7 +44,7 @@ class FoxgloveSession(Generic[K]):
 
     # -- subscriptions -------------------------------------------------------------------------------------------------
 
-    def subscribe(self, wanted: Subscription) -> K:
+    def subscribe(self, wanted: ChannelSubscription) -> K:
         """Add a subscription, and return what its channel shows.
 
         Raises

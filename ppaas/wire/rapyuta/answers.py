@@ -23,7 +23,7 @@ _LENGTH = 4
 _encoder = msgspec.json.Encoder()
 
 
-class Frames(NamedTuple):
+class AnswerFrames(NamedTuple):
     """Text frame, and the binary frames that follow it."""
 
     text: bytes
@@ -34,17 +34,17 @@ class Frames(NamedTuple):
         return b"".join(len(frame).to_bytes(_LENGTH) + frame for frame in (self.text, *self.parts))
 
     @staticmethod
-    def unpack(block: bytes) -> "Frames":
+    def unpack(block: bytes) -> "AnswerFrames":
         """Return the frames of a block that ``packed`` returned."""
         frames, at = [], 0
         while at < len(block):
             end = at + _LENGTH + int.from_bytes(block[at : at + _LENGTH])
             frames.append(block[at + _LENGTH : end])
             at = end
-        return Frames(frames[0], tuple(frames[1:]))
+        return AnswerFrames(frames[0], tuple(frames[1:]))
 
 
-def data_message(interface: str, kind: str, message_id: str, message: Any) -> Frames:
+def data_message(interface: str, kind: str, message_id: str, message: Any) -> AnswerFrames:
     """Return a DM of an interface.
 
     Parameters
@@ -55,17 +55,17 @@ def data_message(interface: str, kind: str, message_id: str, message: Any) -> Fr
         The message; bytes in it are sent as binary parts.
     """
     data, parts = with_references({"iTag": interface, "type": kind, "msgID": message_id, "msg": message})
-    return Frames(_encoder.encode({"type": "DM", "data": data}), tuple(parts))
+    return AnswerFrames(_encoder.encode({"type": "DM", "data": data}), tuple(parts))
 
 
-def interface_status(interface: str, *, active: bool) -> Frames:
+def interface_status(interface: str, *, active: bool) -> AnswerFrames:
     """Return a ST: whether an interface of the robot is connected to another one."""
     data = {"topic": INTERFACE_UPDATE, "iTag": interface, "status": active}
-    return Frames(_encoder.encode({"type": "ST", "data": data}))
+    return AnswerFrames(_encoder.encode({"type": "ST", "data": data}))
 
 
-def error_message(error: PPaaSError) -> Frames:
+def error_message(error: PPaaSError) -> AnswerFrames:
     """Return an ER; the text of an error that the robot can mend begins with ``Invalid Request:``."""
     mended = isinstance(error, InvalidInput | NotFound | Conflict | NotPermitted)
     text = error.public if not mended or error.public.startswith(INVALID) else f"{INVALID}{error.public}"
-    return Frames(_encoder.encode({"type": "ER", "data": text[:MAX_ERROR]}))
+    return AnswerFrames(_encoder.encode({"type": "ER", "data": text[:MAX_ERROR]}))

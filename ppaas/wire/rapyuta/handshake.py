@@ -33,7 +33,7 @@ class MasterAnswer:
 
 
 @dataclass(frozen=True, slots=True)
-class Login:
+class RobotLogin:
     """Login of a robot: user, robot, and the secret, a SHA-256 hash of the password in hexadecimal digits."""
 
     user: str
@@ -69,7 +69,7 @@ def answer_master(query: Query, url: str) -> MasterAnswer:
     return MasterAnswer(200, JSON, json.dumps({"url": url, **newer}))
 
 
-def parse_login(query: Query) -> Login:
+def parse_login(query: Query) -> RobotLogin:
     """Return the login in the query of a WebSocket's address, ``?userID=U&robotID=R&password=HASH``.
 
     Raises
@@ -78,7 +78,7 @@ def parse_login(query: Query) -> Login:
         A parameter is missing, repeated or empty, or the id of the robot is not a tag.
     """
     user, robot, password = _single(query, "userID", "robotID", "password")
-    return Login(user, check_tag("robotID", robot), password)
+    return RobotLogin(user, check_tag("robotID", robot), password)
 
 
 def is_digest(password: str) -> bool:

@@ -108,7 +108,7 @@ class Configure(msgspec.Struct):
     deleteParam: Annotated[list[DeleteParameter], _Items] = []  # noqa: N815
 
 
-class Join(msgspec.Struct):
+class InterfacePair(msgspec.Struct):
     """Two interfaces, each as ``ENDPOINT/INTERFACE``."""
 
     tagA: _Text  # noqa: N815
@@ -118,8 +118,8 @@ class Join(msgspec.Struct):
 class Connect(msgspec.Struct):
     """CX: connect and disconnect interfaces."""
 
-    connect: Annotated[list[Join], _Items] = []
-    disconnect: Annotated[list[Join], _Items] = []
+    connect: Annotated[list[InterfacePair], _Items] = []
+    disconnect: Annotated[list[InterfacePair], _Items] = []
 
 
 class DataMessage(msgspec.Struct):

@@ -107,7 +107,7 @@ Nodes = Mapping[str, frozenset[str]]
 
 
 @dataclass(frozen=True, slots=True)
-class MasterState:
+class RegisteredNodes:
     """Nodes that are registered, by topic as publishers and subscribers, and by service."""
 
     publishers: Nodes
@@ -115,7 +115,7 @@ class MasterState:
     services: Nodes
 
 
-def read_state(value: Any) -> MasterState:
+def read_state(value: Any) -> RegisteredNodes:
     """Return the state in a response to ``getSystemState``.
 
     Raises
@@ -125,7 +125,7 @@ def read_state(value: Any) -> MasterState:
     """
     if not isinstance(value, list) or len(value) != 3:
         raise MalformedMessage("no state of a master: it is not three lists")
-    return MasterState(*map(_nodes, value))
+    return RegisteredNodes(*map(_nodes, value))
 
 
 def read_types(value: Any) -> dict[str, str]:

@@ -13,7 +13,7 @@ import msgspec
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.wire.ros.definitions import DEFINITIONS
-from ppaas.wire.ros.values import NAME, SEQUENCE, Converter, parsed, to_json_value
+from ppaas.wire.ros.values import NAME, SEQUENCE, TypeStoreConverter, parsed, to_json_value
 
 ROS_1: Final = "noetic"
 """Release with the messages of ROS 1."""
@@ -89,7 +89,7 @@ class RosTypes:
         if not self.ros1:
             _spell_char_as_uint8(self._store.fielddefs)
             self._store.fielddefs |= self._services
-        self._converter = Converter(self._store, ros1=self.ros1 and not ros2_times)
+        self._converter = TypeStoreConverter(self._store, ros1=self.ros1 and not ros2_times)
 
     def __contains__(self, name: str) -> bool:
         return self._full(name) in self._store.types

@@ -121,25 +121,25 @@ _DTYPES: Final = {
 }  # fmt: skip
 
 
-class Store(Protocol):
+class TypeStore(Protocol):
     """The part of ``rosbags.typesys.store.Typestore`` that is used here."""
 
     types: dict[str, Any]
     fielddefs: dict[str, Any]
 
 
-class Converter:
+class TypeStoreConverter:
     """Converter of the messages of a type store.
 
     Parameters
     ----------
-    store : Store
+    store : TypeStore
         The types.
     ros1 : bool
         Whether times are spelled as in ROS 1.
     """
 
-    def __init__(self, store: Store, *, ros1: bool) -> None:
+    def __init__(self, store: TypeStore, *, ros1: bool) -> None:
         self._store = store
         self._times = {"sec": "secs", "nanosec": "nsecs"} if ros1 else {}
         self._to: dict[str, To] = {}

@@ -15,7 +15,7 @@ from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge
 from ppaas.wire.vda5050 import spelling, topics
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Fields
-from ppaas.wire.vda5050.headers import Header
+from ppaas.wire.vda5050.headers import MessageHeader
 from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.states import Connection, State, Visualization
 from ppaas.wire.vda5050.topics import Version, understand
@@ -47,14 +47,14 @@ NO_HEADER = {"headerId": 0, "timestamp": "", "version": "2.1.0", "manufacturer":
 _QUOTED, _NAME = re.compile("`[^`]*`"), re.compile(r"\w+")
 
 
-def encode(topic: str, header: Header, body: Fields, version: Version) -> bytes:
+def encode(topic: str, header: MessageHeader, body: Fields, version: Version) -> bytes:
     """Return a message as JSON.
 
     Parameters
     ----------
     topic : str
         Last level of the topic.
-    header : Header
+    header : MessageHeader
     body : Fields
         Message of that topic.
     version : Version
@@ -67,7 +67,7 @@ def encode(topic: str, header: Header, body: Fields, version: Version) -> bytes:
     return msgspec.json.encode({**msgspec.to_builtins(header), **spelled})
 
 
-def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
+def decode(topic: str, payload: bytes, version: Version) -> tuple[MessageHeader, Any]:
     """Return the header and the body of a message, a struct of ``BODIES``.
 
     Parameters
@@ -98,7 +98,7 @@ def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
     else:
         tree = spelling.from_version_3(topic, tree)
     try:
-        header = converted(tree, Header)
+        header = converted(tree, MessageHeader)
         decoded = converted(_without_unreadable_parts(tree) if body is Factsheet else tree, body)
     except msgspec.ValidationError as error:
         raise MalformedMessage(f"{topic}: {_told(topic, str(error), version)}") from error

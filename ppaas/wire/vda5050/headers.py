@@ -5,13 +5,13 @@ from datetime import UTC, datetime
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.vda5050.fields import Fields
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 
 WRAP = 1 << 32
 """Number of header ids: they are uint32."""
 
 
-class Header(Fields):
+class MessageHeader(Fields):
     """Header that all messages begin with."""
 
     header_id: int
@@ -27,14 +27,14 @@ class HeaderCounter:
     Parameters
     ----------
     version : Version
-    address : Address
+    address : AgvAddress
     """
 
-    def __init__(self, version: Version, address: Address) -> None:
+    def __init__(self, version: Version, address: AgvAddress) -> None:
         self._version, self._address = version, address
         self._sent: Counter[str] = Counter()
 
-    def next(self, topic: str, now: float) -> Header:
+    def next(self, topic: str, now: float) -> MessageHeader:
         """Return the header of the next message of a topic.
 
         Parameters
@@ -46,7 +46,7 @@ class HeaderCounter:
         """
         number = self._sent[topic] % WRAP
         self._sent[topic] += 1
-        return Header(
+        return MessageHeader(
             header_id=number,
             timestamp=timestamp(now),
             version=self._version.value,

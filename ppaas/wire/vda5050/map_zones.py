@@ -28,7 +28,7 @@ from ppaas.wire.vda5050 import spelling, topics
 from ppaas.wire.vda5050 import zones as wire
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Point
-from ppaas.wire.vda5050.headers import Header, timestamp
+from ppaas.wire.vda5050.headers import MessageHeader, timestamp
 from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
 from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring, lines_of
@@ -129,7 +129,7 @@ def vda5050_of(zones: ZoneSet, map_id: str, zone_set_id: str, now: float, *, top
     expressed, problems = expressed_zones(zones.in_force(now), top_speed)
     if problems:
         raise InvalidInput("; ".join(problems))
-    header = Header(
+    header = MessageHeader(
         header_id=0, timestamp=timestamp(now), version=Version.V3_0.value, manufacturer="", serial_number=""
     )
     body = wire.ZoneSet(zone_set=wire.Zones(map_id=map_id, zone_set_id=zone_set_id, zones=expressed))

@@ -98,7 +98,7 @@ def quality_of(topic: str) -> tuple[int, bool]:
 
 
 @dataclass(frozen=True, slots=True)
-class Address:
+class AgvAddress:
     """Address of an AGV: the levels of its topics before the last.
 
     Attributes
@@ -145,7 +145,7 @@ class Address:
         return "/".join((self.interface, self.major, self.manufacturer, self.serial, name))
 
 
-def parse_topic(topic: str) -> tuple[Address, str]:
+def parse_topic(topic: str) -> tuple[AgvAddress, str]:
     """Return the address and the last level of a topic.
 
     Raises
@@ -156,7 +156,7 @@ def parse_topic(topic: str) -> tuple[Address, str]:
     levels = topic.split("/")
     if len(levels) != 5 or not all(levels):
         raise InvalidInput(f"topic {topic[:MAX_LEVEL]!r} is not interface/version/manufacturer/serialNumber/topic")
-    return Address(*levels[:4]), levels[4]
+    return AgvAddress(*levels[:4]), levels[4]
 
 
 def _check(kind: str, name: str) -> None:

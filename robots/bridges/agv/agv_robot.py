@@ -13,7 +13,7 @@ from ppaas.messages.base.std_msgs import Time
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Position, Velocity
-from ppaas.wire.vda5050.headers import Header
+from ppaas.wire.vda5050.headers import MessageHeader
 from ppaas.wire.vda5050.master.instructions import (
     Complaint,
     Instruction,
@@ -27,13 +27,13 @@ from ppaas.wire.vda5050.master.instructions import (
     knows_place,
     standing,
 )
-from ppaas.wire.vda5050.master.master_control import MasterControl, Path
+from ppaas.wire.vda5050.master.master_control import AgvPath, MasterControl
 from ppaas.wire.vda5050.states import Connection, State, Visualization
 from ppaas.zones.zone import Zone
-from robots.bridges.agv.agv_side import AgvSide, LeftOut
-from robots.bridges.agv.cloud_side import CloudSide, Requests, diagnostics
+from robots.bridges.agv.agv_side import AgvSide, IgnoredMessage
+from robots.bridges.agv.cloud_side import CloudCallbacks, CloudSide, diagnostics
 from robots.bridges.agv.options import FleetOptions, settings_of
-from robots.bridges.agv.registration import Registry, differences
+from robots.bridges.agv.registration import AgvRegistry, differences
 from robots.bridges.agv.zones import ZoneSide
 from robots.bridges.core.notices import Notices, without_numbers
 
@@ -73,12 +73,12 @@ class AgvRobot:
     agv : AgvSide
     url, token : str
         URL of the cloud, and token of the account.
-    registry : Registry
+    registry : AgvRegistry
         Robots of the account.
     options : FleetOptions
     """
 
-    def __init__(self, agv: AgvSide, url: str, token: str, *, registry: Registry, options: FleetOptions) -> None:
+    def __init__(self, agv: AgvSide, url: str, token: str, *, registry: AgvRegistry, options: FleetOptions) -> None:
         self._agv, self._options, self._registry = agv, options, registry
         self._url, self._token = url, token
         self._control = MasterControl(options.settings)
@@ -100,7 +100,7 @@ class AgvRobot:
 
     # -- from the AGV --------------------------------------------------------------------------------------------------
 
-    def take(self, topic: str, header: Header, body: Any, *, retained: bool) -> None:
+    def take(self, topic: str, header: MessageHeader, body: Any, *, retained: bool) -> None:
         """Take a message of the AGV."""
         if self._control.connection != "ONLINE":
             self._agv.begin_again()
@@ -127,9 +127,9 @@ class AgvRobot:
         """Take it that the AGV sent a message that cannot be read."""
         if topic == topics.FACTSHEET and self._sheet is None:
             self._registry.unreadable[self._agv.address] = str(error)
-        self._leave_out(topic, LeftOut(str(error), is_loss=True))
+        self._leave_out(topic, IgnoredMessage(str(error), is_loss=True))
 
-    def _leave_out(self, topic: str, left_out: LeftOut) -> None:
+    def _leave_out(self, topic: str, left_out: IgnoredMessage) -> None:
         self._left_out_count += 1
         self._notices.warn(f"AGV {self._agv.name}: a message is left out: {left_out.reason}")
         if topic == topics.STATE and left_out.is_loss:
@@ -212,7 +212,7 @@ class AgvRobot:
             self._control.left_out = self._control.left_out or self._on_other_map(self._position)
             self._file = known
             self._compare()
-            requests = Requests(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
+            requests = CloudCallbacks(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
             cloud = CloudSide(self._url, self._token, robot, requests)
             async with cloud.link:
                 await cloud.subscribe()
@@ -249,7 +249,7 @@ class AgvRobot:
             what = f"a factsheet that cannot be read ({why})" if why else "no factsheet"
             logger.warning("AGV %s sends %s: give its size by --radius", self._agv.name, what)
 
-    def _follow(self, path: Path) -> None:
+    def _follow(self, path: AgvPath) -> None:
         self._do(self._control.follow(path, monotonic()))
 
     def _cancel(self, path: str) -> None:

@@ -9,17 +9,17 @@ from ppaas.errors import NotFound, Unavailable
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Fields
-from ppaas.wire.vda5050.headers import Header, HeaderCounter
-from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
+from ppaas.wire.vda5050.headers import HeaderCounter, MessageHeader
+from ppaas.wire.vda5050.master.header_watch import HeaderOrder, HeaderWatch
 from ppaas.wire.vda5050.orders import InstantActions, Order
-from ppaas.wire.vda5050.topics import Address, Version, version_of
+from ppaas.wire.vda5050.topics import AgvAddress, Version, version_of
 from ppaas.wire.vda5050.zones import ZoneSet
 from robots.bridges.vda5050.mqtt_link import Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
 
 
-class LeftOut(NamedTuple):
+class IgnoredMessage(NamedTuple):
     """Message that does not count.
 
     Parameters
@@ -38,7 +38,7 @@ class AgvSide:
 
     Parameters
     ----------
-    address : Address
+    address : AgvAddress
     outbox : Outbox
         Messages for the broker.
 
@@ -50,7 +50,7 @@ class AgvSide:
         Version in which messages are sent: the AGV's.
     """
 
-    def __init__(self, address: Address, outbox: Outbox) -> None:
+    def __init__(self, address: AgvAddress, outbox: Outbox) -> None:
         self.address = address
         self.name = address.agv
         self.version = version_of(address.major)
@@ -62,7 +62,7 @@ class AgvSide:
         """Take the next header id of each topic, whatever it is: the AGV may have been restarted."""
         self._watches.clear()
 
-    def left_out(self, topic: str, header: Header) -> LeftOut | None:
+    def left_out(self, topic: str, header: MessageHeader) -> IgnoredMessage | None:
         """Return why a message is left out; None if it counts.
 
         The last will of an AGV was written when it connected, so the ids of ``connection`` are not compared. An AGV
@@ -70,17 +70,17 @@ class AgvSide:
         """
         named = header.manufacturer, header.serial_number
         if named not in (("", ""), (self.address.manufacturer, self.address.serial)):
-            return LeftOut(f"the header of {topic} names AGV {'/'.join(named)[:120]!r}", is_loss=True)
+            return IgnoredMessage(f"the header of {topic} names AGV {'/'.join(named)[:120]!r}", is_loss=True)
         self._use_version(header.version)
         watch = self._watches[topic]
         arrival = watch.take(header)
         if topic == topics.CONNECTION:
-            if arrival in (Arrival.LATE, Arrival.RESTARTED):
+            if arrival in (HeaderOrder.LATE, HeaderOrder.RESTARTED):
                 self.begin_again()
             return None
-        if arrival in (Arrival.NEXT, Arrival.RESTARTED):
+        if arrival in (HeaderOrder.NEXT, HeaderOrder.RESTARTED):
             return None
-        return LeftOut(f"{arrival.value} message {header.header_id} on {topic}", is_loss=watch.is_behind)
+        return IgnoredMessage(f"{arrival.value} message {header.header_id} on {topic}", is_loss=watch.is_behind)
 
     def send_order(self, order: Order) -> None:
         """Send an order; it replaces one that still waits for the broker, which was the same."""

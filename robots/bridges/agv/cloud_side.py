@@ -36,7 +36,7 @@ from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
 from ppaas.transforms.planar import transform_message
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.master.instructions import STOPPING, PathEnded, Progress, in_words, standing
-from ppaas.wire.vda5050.master.master_control import Path
+from ppaas.wire.vda5050.master.master_control import AgvPath
 from ppaas.wire.vda5050.master.route import route_of
 from ppaas.wire.vda5050.states import State
 from robots.bridges.core.cloud_link import CloudLink
@@ -51,13 +51,13 @@ ACTIONS = "agv/instant_actions"
 
 
 @dataclass(frozen=True, slots=True)
-class Requests:
+class CloudCallbacks:
     """Called with what comes from the cloud: paths, the ids of cancelled ones, poses, and types of instant actions.
 
     ``renewed`` is called when a session begins, whose clone may have no path.
     """
 
-    follow: Callable[[Path], None]
+    follow: Callable[[AgvPath], None]
     cancel: Callable[[str], None]
     initial_pose: Callable[[Pose2D], None]
     action: Callable[[str], None]
@@ -71,10 +71,10 @@ class CloudSide:
     ----------
     url, token, robot : str
         URL of the cloud, token of the account, id of the robot.
-    requests : Requests
+    requests : CloudCallbacks
     """
 
-    def __init__(self, url: str, token: str, robot: str, requests: Requests) -> None:
+    def __init__(self, url: str, token: str, robot: str, requests: CloudCallbacks) -> None:
         self.link = CloudLink(url, robot=robot, token=token, renewed=requests.renewed)
         self._requests = requests
         self._sending: set[asyncio.Task[None]] = set()
@@ -91,7 +91,7 @@ class CloudSide:
     def _follow(self, text: bytes) -> None:
         goal = decode(FollowPathActionGoal, text)
         poses = [_pose(stamped) for stamped in goal.goal.path.poses if isinstance(stamped, PoseStamped)]
-        self._requests.follow(Path(goal.goal_id.id, route_of(poses)))
+        self._requests.follow(AgvPath(goal.goal_id.id, route_of(poses)))
 
     def _cancel(self, text: bytes) -> None:
         self._requests.cancel(decode(GoalID, text).id)

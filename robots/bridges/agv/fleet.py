@@ -9,11 +9,11 @@ from ppaas.errors import PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
-from ppaas.wire.vda5050.topics import Address, parse_topic, version_of
+from ppaas.wire.vda5050.topics import AgvAddress, parse_topic, version_of
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.options import MAJORS, FleetOptions
-from robots.bridges.agv.registration import Registry
+from robots.bridges.agv.registration import AgvRegistry
 from robots.bridges.agv.zones import ZoneReader
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
@@ -42,12 +42,12 @@ class Fleet:
     def __init__(self, url: str, token: str, broker: Broker, options: FleetOptions) -> None:
         self._url, self._token, self._options = url, token, options
         rest = RestClient(url, token)
-        self._zones, self._registry = ZoneReader(rest), Registry(rest, options)
+        self._zones, self._registry = ZoneReader(rest), AgvRegistry(rest, options)
         exchange = Exchange(filters(options.interface), self.receive, lost=self._broker_lost)
         self.mqtt = MqttLink(broker, f"ppaas-fleet-{uuid4().hex[:12]}", exchange)
-        self.robots: dict[Address, AgvRobot] = {}
+        self.robots: dict[AgvAddress, AgvRobot] = {}
         self._group: asyncio.TaskGroup | None = None
-        self._ignored: set[Address] = set()
+        self._ignored: set[AgvAddress] = set()
         self._faults = ListenerFaults(logger)
 
     async def run(self) -> None:
@@ -84,7 +84,7 @@ class Fleet:
 
     def receive(self, topic: str, payload: bytes, retained: bool) -> None:
         """Take a message of the broker; one that is not valid is logged, and its AGV is not known any more."""
-        address: Address | None = None
+        address: AgvAddress | None = None
         name = ""
         try:
             address, name = parse_topic(topic)
@@ -97,7 +97,7 @@ class Fleet:
         except PPaaSError as error:
             self._refuse(address, name, error)
 
-    def _found(self, address: Address) -> AgvRobot | None:
+    def _found(self, address: AgvAddress) -> AgvRobot | None:
         """Return the robot of an AGV that was not known yet; None for one that is not taken."""
         if not self._options.takes(address) or address in self._ignored:
             return None
@@ -112,7 +112,7 @@ class Fleet:
         logger.info("found AGV %s (%s)", agv.name, address.major)
         return found
 
-    def _refuse(self, address: Address | None, name: str, error: PPaaSError) -> None:
+    def _refuse(self, address: AgvAddress | None, name: str, error: PPaaSError) -> None:
         if address is None or address not in self.robots:
             logger.debug("left out a message: %s", error)
         else:

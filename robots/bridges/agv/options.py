@@ -8,7 +8,7 @@ from hashlib import blake2b
 
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.master.settings import Settings
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 
 OWN_MANUFACTURER = "ppaas"
 """Manufacturer of robots of the cloud that are presented as AGVs: they are not taken as robots again."""
@@ -48,11 +48,11 @@ class FleetOptions:
     radius: float | None = None
     settings: Settings = field(default_factory=Settings)
 
-    def takes(self, address: Address) -> bool:
+    def takes(self, address: AgvAddress) -> bool:
         """Return whether an AGV is taken as a robot."""
         return address.agv in self.robots if self.robots else address.manufacturer != OWN_MANUFACTURER
 
-    def robots_of(self, address: Address) -> tuple[str, ...]:
+    def robots_of(self, address: AgvAddress) -> tuple[str, ...]:
         """Return the ids that the robot of an AGV may have, the first of them if it can; none if it is not taken.
 
         Without an option it is the robot of its serial number. A serial number is one of its manufacturer alone, and

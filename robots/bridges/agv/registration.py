@@ -11,7 +11,7 @@ from typing import Any
 from ppaas.errors import Conflict, NotFound
 from ppaas.robot_model.known_models import robot_model
 from ppaas.wire.vda5050.factsheets import Factsheet, PhysicalParameters
-from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.topics import AgvAddress
 from robots.bridges.agv.options import FleetOptions
 from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
@@ -26,7 +26,7 @@ SAME_SIZE = 0.01
 """Difference up to which two radii are one [m]."""
 
 
-class Registry:
+class AgvRegistry:
     """Robots of the account that AGVs are: a robot is one AGV, by its manufacturer and its serial number.
 
     Parameters
@@ -36,23 +36,23 @@ class Registry:
 
     Attributes
     ----------
-    unreadable : dict of Address to str
+    unreadable : dict of AgvAddress to str
         Why the factsheet of an AGV cannot be read.
     """
 
     def __init__(self, rest: RestClient, options: FleetOptions) -> None:
-        self.unreadable: dict[Address, str] = {}
+        self.unreadable: dict[AgvAddress, str] = {}
         self._rest, self._options = rest, options
-        self._used: dict[str, Address] = {}
+        self._used: dict[str, AgvAddress] = {}
         self._turns: defaultdict[str, asyncio.Lock] = defaultdict(asyncio.Lock)
 
     @asynccontextmanager
-    async def robot(self, address: Address, map_id: str, sheet: Factsheet | None) -> AsyncIterator[dict[str, Any]]:
+    async def robot(self, address: AgvAddress, map_id: str, sheet: Factsheet | None) -> AsyncIterator[dict[str, Any]]:
         """Yield the robot of an AGV as the cloud has it, which is registered now if it was not; no other AGV gets it.
 
         Parameters
         ----------
-        address : Address
+        address : AgvAddress
             Address of the AGV.
         map_id : str
             Map of the AGV, as it names it.
@@ -83,7 +83,7 @@ class Registry:
             del self._used[robot]
 
     async def _known(
-        self, names: tuple[str, ...], address: Address, map_id: str, sheet: Factsheet | None
+        self, names: tuple[str, ...], address: AgvAddress, map_id: str, sheet: Factsheet | None
     ) -> dict[str, Any]:
         found = {name: await self._get(name) for name in names}
         for known in found.values():
@@ -107,13 +107,13 @@ class Registry:
             return None
         return known
 
-    def _unused(self, known: dict[str, Any], address: Address) -> dict[str, Any]:
+    def _unused(self, known: dict[str, Any], address: AgvAddress) -> dict[str, Any]:
         other = self._used.get(str(known["id"]), address)
         if other != address:
             raise _is_other(str(known["id"]), other.agv, address)
         return known
 
-    def _other(self, name: str, known: Mapping[str, Any] | None, address: Address) -> str:
+    def _other(self, name: str, known: Mapping[str, Any] | None, address: AgvAddress) -> str:
         """Return the AGV that a robot is, if it is another one; empty if it may be this one."""
         used = self._used.get(name, address)
         if used != address:
@@ -124,7 +124,7 @@ class Registry:
         )
         return "/".join(part or "?" for part in named) if differs else ""
 
-    async def _register(self, name: str, address: Address, map_id: str, sheet: Factsheet | None) -> dict[str, Any]:
+    async def _register(self, name: str, address: AgvAddress, map_id: str, sheet: Factsheet | None) -> dict[str, Any]:
         if not self._options.register:
             raise NotFound("robot", name)
         why = self.unreadable.get(address)
@@ -134,13 +134,13 @@ class Registry:
         logger.info("registered AGV %s as robot %s", address.agv, name)
         return await self._checked(name, address)
 
-    async def _named(self, name: str, address: Address) -> dict[str, Any]:
+    async def _named(self, name: str, address: AgvAddress) -> dict[str, Any]:
         """Write whose a robot is into its file, which names no AGV: later no other AGV is taken as this robot."""
         await self._rest.patch(path_of("robots", name), {"properties": {"vda5050": names_of(address)}})
         logger.info("robot %s is AGV %s from now on, which is written in its file", name, address.agv)
         return await self._checked(name, address)
 
-    async def _checked(self, name: str, address: Address) -> dict[str, Any]:
+    async def _checked(self, name: str, address: AgvAddress) -> dict[str, Any]:
         """Return a robot that was written, unless another bridge has written it since."""
         known: dict[str, Any] = await self._rest.get(path_of("robots", name))
         if other := self._other(name, known, address):
@@ -148,7 +148,7 @@ class Registry:
         return known
 
 
-def _is_other(robot: str, other: str, address: Address) -> Conflict:
+def _is_other(robot: str, other: str, address: AgvAddress) -> Conflict:
     return Conflict(
         f"robot {robot!r} is AGV {other!r} by its file or by this bridge, not {address.agv!r}: name another robot for "
         f"this AGV with --agv {address.agv}=ROBOT, or correct properties.vda5050 in the file"
@@ -164,7 +164,7 @@ def owner_of(known: Mapping[str, Any]) -> tuple[str | None, str | None]:
     return None if maker is None else str(maker), None if serial is None else str(serial)
 
 
-def names_of(address: Address) -> dict[str, str]:
+def names_of(address: AgvAddress) -> dict[str, str]:
     """Return manufacturer and serial number of an AGV, as a robot's file has them in ``properties.vda5050``."""
     return {"manufacturer": address.manufacturer, "serialNumber": address.serial}
 
@@ -189,7 +189,7 @@ def differences(known: Mapping[str, Any], sheet: Factsheet | None) -> tuple[str,
     )
 
 
-def robot_file(address: Address, map_id: str, sheet: Factsheet | None, radius: float | None) -> RobotFile:
+def robot_file(address: AgvAddress, map_id: str, sheet: Factsheet | None, radius: float | None) -> RobotFile:
     """Return the file of the robot that an AGV is; the radius [m] belongs to the circle around its factsheet's size."""
     sizes: dict[str, Any] = {}
     if sheet is not None and sheet.physical_parameters is not None:

@@ -17,7 +17,7 @@ import msgspec
 from ppaas.wire.ros.graph import LATCHED, Qos
 from ppaas.wire.ros.types import RosTypes, to_json
 from robots.bridges.core.cloud_link import CloudGoal
-from robots.bridges.core.parts import Parts
+from robots.bridges.core.parts import BridgeParts
 from robots.bridges.core.transport import Closable
 
 NAVIGATE, WAYPOINTS = "nav2_msgs/action/NavigateToPose", "nav2_msgs/action/FollowWaypoints"
@@ -101,11 +101,11 @@ class ActionServer:
         Name in the cloud, and type.
     full : str
         Name in ROS, with a leading slash.
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     """
 
-    def __init__(self, name: str, type_name: str, full: str, parts: Parts) -> None:
+    def __init__(self, name: str, type_name: str, full: str, parts: BridgeParts) -> None:
         transport = parts.transport
         self._name, self._type, self._types, self._parts = name, type_name, transport.types, parts
         self._goals: dict[bytes, _Goal] = {}

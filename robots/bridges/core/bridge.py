@@ -11,14 +11,14 @@ from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotFound, PPaaSError
 from robots.bridges.core.actions import ActionServer, in_release
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.core.downward import Downward, Velocity
-from robots.bridges.core.findings import ERROR, Examination, Finding, examine
+from robots.bridges.core.downward import Downward, VelocityPublishers
+from robots.bridges.core.findings import ERROR, GraphExamination, GraphFault, examine
 from robots.bridges.core.frames import Frames
-from robots.bridges.core.localization import Localization
+from robots.bridges.core.localization import RobotLocalization
 from robots.bridges.core.notices import Notices
-from robots.bridges.core.parts import Parts, RobotTime
+from robots.bridges.core.parts import BridgeParts, RobotTime
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
-from robots.bridges.core.tables import Service
+from robots.bridges.core.tables import BridgedService
 from robots.bridges.core.transport import Closable, Transport
 from robots.bridges.core.upward import Upward
 
@@ -50,7 +50,7 @@ class Bridge:
         robot: str,
         token: str,
         namespace: str | None = None,
-        actions: Callable[[str, str, str, Parts], Closable] = ActionServer,
+        actions: Callable[[str, str, str, BridgeParts], Closable] = ActionServer,
     ) -> None:
         self._transport, self._robot, self._actions = transport, robot, actions
         self._namespace = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
@@ -61,11 +61,11 @@ class Bridge:
         self._servers: list[Closable] = []
         self._notices = Notices()
         time = RobotTime(monotonic, epoch)
-        parts = Parts(transport, self._link, Frames(), time, self._notices, monotonic, self._start)
+        parts = BridgeParts(transport, self._link, Frames(), time, self._notices, monotonic, self._start)
         self._parts = parts
-        self._localization = Localization(parts)
+        self._localization = RobotLocalization(parts)
         self._upward, self._downward = Upward(parts, self._localization), Downward(parts)
-        self._velocity = Velocity(parts)
+        self._velocity = VelocityPublishers(parts)
 
     async def run(self) -> None:
         """Carry messages until cancelled.
@@ -86,7 +86,7 @@ class Bridge:
                     if not topic.clone:
                         await self._link.advertise(topic.cloud, topic.type)
                 following = asyncio.create_task(self._follow())
-                examining = asyncio.create_task(Examination(self._parts, self._findings).run())
+                examining = asyncio.create_task(GraphExamination(self._parts, self._findings).run())
                 closed = asyncio.create_task(self._link.closed())
                 ended = asyncio.create_task(self._transport.ended())
                 lasting = (closed, ended, following, examining)
@@ -157,21 +157,21 @@ class Bridge:
         if self._transport.services and not self._servers:
             self._serve(graph)
 
-    async def _findings(self) -> list[Finding]:
+    async def _findings(self) -> list[GraphFault]:
         entities = self._transport.entities()
-        faults = [Finding(subject, text, ERROR) for subject, text in self._transport.faults().items()]
+        faults = [GraphFault(subject, text, ERROR) for subject, text in self._transport.faults().items()]
         if self._namespace is not None:
             graph, transport = RobotGraph(entities, self._namespace), self._transport
             return faults + examine(graph, transport.types, transport.tables, qos_matters=transport.qos_matters)
         try:
             find_namespace(entities, self._robot)
         except NotFound as error:
-            return [*faults, Finding("namespace", f"{error}; name one by --namespace", ERROR)]
+            return [*faults, GraphFault("namespace", f"{error}; name one by --namespace", ERROR)]
         text = "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
         if domains := await self._transport.other_domains():
             names = ", ".join(map(str, domains))
             text += f"robots are in domain {names}, and the bridge in {self._transport.domain}: "
-        return [*faults, Finding("robot", text + self._transport.not_found, ERROR)]
+        return [*faults, GraphFault("robot", text + self._transport.not_found, ERROR)]
 
     # -- services and actions ------------------------------------------------------------------------------------------
 
@@ -190,7 +190,7 @@ class Bridge:
         self._notices.warn(f"{name!r} is not offered: the robot's ROS has no package {type_name.partition('/')[0]}")
         return False
 
-    def _answer(self, service: Service) -> Any:
+    def _answer(self, service: BridgedService) -> Any:
         async def answer(request: bytes) -> bytes:
             types = self._transport.types
             text = types.decode_json(f"{service.type}_Request", request)

@@ -60,7 +60,7 @@ class _Frame(msgspec.Struct):
 
 
 @dataclass(frozen=True, slots=True)
-class GoalEnd:
+class CloudGoalEnd:
     """End of a goal: the status as in ROS 2 (4, 5, 6, or 0), and the result as JSON or the reason as text."""
 
     status: int
@@ -73,13 +73,13 @@ class CloudGoal:
 
     Attributes
     ----------
-    end : Future of GoalEnd
+    end : Future of CloudGoalEnd
         Set when the goal has ended.
     """
 
     def __init__(self, action: str, number: str, feedback: Json) -> None:
         self.action, self.number, self.feedback = action, number, feedback
-        self.end: asyncio.Future[GoalEnd] = asyncio.get_running_loop().create_future()
+        self.end: asyncio.Future[CloudGoalEnd] = asyncio.get_running_loop().create_future()
 
 
 class CloudLink:
@@ -264,7 +264,7 @@ class CloudLink:
             if not future.done():
                 future.set_exception(lost)
         for goal in list(self._goals.values()):
-            self._end(goal, GoalEnd(UNKNOWN, b"{}", str(lost)))
+            self._end(goal, CloudGoalEnd(UNKNOWN, b"{}", str(lost)))
 
     def _receive(self, text: str | bytes) -> None:
         try:
@@ -306,9 +306,9 @@ class CloudLink:
             return
         refused = not frame.result
         result = b"{}" if refused else bytes(frame.values)
-        self._end(goal, GoalEnd(frame.status, result, _reason(frame.values) if refused else ""))
+        self._end(goal, CloudGoalEnd(frame.status, result, _reason(frame.values) if refused else ""))
 
-    def _end(self, goal: CloudGoal, end: GoalEnd) -> None:
+    def _end(self, goal: CloudGoal, end: CloudGoalEnd) -> None:
         self._goals.pop(goal.number, None)
         if not goal.end.done():
             goal.end.set_result(end)

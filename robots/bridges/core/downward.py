@@ -9,7 +9,7 @@ import numpy as np
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.ros.graph import Qos
-from robots.bridges.core.parts import Parts
+from robots.bridges.core.parts import BridgeParts
 from robots.bridges.core.robot_graph import TF_MESSAGE, TWIST_STAMPED, RobotGraph
 from robots.bridges.core.tables import MAP, MAP_METADATA, MAP_UPDATES, PARTICLES, DownTopic
 from robots.bridges.core.transport import Publisher
@@ -25,11 +25,11 @@ class Downward:
 
     Parameters
     ----------
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     """
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: BridgeParts) -> None:
         self._parts = parts
         self._publishers: dict[str, tuple[str, Publisher]] = {}
         self._wanted: set[str] = set()
@@ -154,16 +154,16 @@ ZEROS, ZERO_PERIOD = 5, 0.1
 ZERO: dict[str, Any] = {"linear": {}, "angular": {}}
 
 
-class Velocity:
+class VelocityPublishers:
     """Publishers of velocities.
 
     Parameters
     ----------
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     """
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: BridgeParts) -> None:
         self._parts = parts
         self._publishers: dict[tuple[str, str], Publisher] = {}
         self._moving = False

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from ppaas.wire.ros import RosTypes
 from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.types import to_json
-from robots.bridges.core.parts import Parts
+from robots.bridges.core.parts import BridgeParts
 from robots.bridges.core.robot_graph import TF_MESSAGE, UNTYPED, RobotGraph, find_namespaces
 from robots.bridges.core.tables import ODOMETRY, SCAN, Tables, UpTopic
 
@@ -23,7 +23,7 @@ VELOCITY = Qos(depth=1)
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class GraphFault:
     """Fault of a robot's graph: the topic or other subject of it, its text, and its level."""
 
     subject: str
@@ -32,7 +32,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class OfferedTopic:
     """Topic that the bridge publishes."""
 
     topic: str
@@ -40,7 +40,7 @@ class Offer:
     qos: Qos
 
 
-def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: bool = True) -> list[Finding]:
+def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: bool = True) -> list[GraphFault]:
     """Return the faults of the graph of a robot.
 
     Parameters
@@ -54,9 +54,9 @@ def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: 
     qos_matters : bool
         Whether the transport connects only publishers and subscribers whose qualities of service match.
     """
-    offers = [Offer(graph.full(topic.name), topic.type, topic.qos) for topic in tables.down]
+    offers = [OfferedTopic(graph.full(topic.name), topic.type, topic.qos) for topic in tables.down]
     velocities = graph.velocity_topics()
-    offers += [Offer(topic, kind, VELOCITY) for topic, kinds in velocities.items() for kind in kinds]
+    offers += [OfferedTopic(topic, kind, VELOCITY) for topic, kinds in velocities.items() for kind in kinds]
     found = [*_missing(graph), *_base(graph, velocities), *_carried(graph, types, tables)]
     if not types.ros1:
         found += _static(graph)
@@ -70,10 +70,10 @@ def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: 
 # -- topics of the robot -----------------------------------------------------------------------------------------------
 
 
-def _missing(graph: RobotGraph) -> Iterator[Finding]:
+def _missing(graph: RobotGraph) -> Iterator[GraphFault]:
     for topic in (ODOMETRY, SCAN):
         if graph.source(topic) is None:
-            yield Finding(topic.cloud, f"{_why(graph, topic)}: the clone cannot localize it", ERROR)
+            yield GraphFault(topic.cloud, f"{_why(graph, topic)}: the clone cannot localize it", ERROR)
 
 
 def _why(graph: RobotGraph, topic: UpTopic) -> str:
@@ -93,22 +93,22 @@ def _why(graph: RobotGraph, topic: UpTopic) -> str:
     return f"the robot does not publish {topic.cloud!r}"
 
 
-def _base(graph: RobotGraph, velocities: dict[str, set[str]]) -> Iterator[Finding]:
+def _base(graph: RobotGraph, velocities: dict[str, set[str]]) -> Iterator[GraphFault]:
     if velocities:
         return
     others = sorted({one.type for one in graph.of(Kind.SUBSCRIBER, graph.full("cmd_vel"))})
     reason = f"; 'cmd_vel' is subscribed to as {', '.join(others)}" if others else ""
-    yield Finding("cmd_vel", f"no base subscribes to 'cmd_vel'{reason}: the robot will not move", ERROR)
+    yield GraphFault("cmd_vel", f"no base subscribes to 'cmd_vel'{reason}: the robot will not move", ERROR)
 
 
-def _static(graph: RobotGraph) -> Iterator[Finding]:
+def _static(graph: RobotGraph) -> Iterator[GraphFault]:
     source = graph.transforms("tf_static")
     if source is not None and not source.latched:
         text = f"{source.topic} is not transient local: transforms that were published before the bridge came are lost"
-        yield Finding("tf_static", text)
+        yield GraphFault("tf_static", text)
 
 
-def _carried(graph: RobotGraph, types: RosTypes, tables: Tables) -> Iterator[Finding]:
+def _carried(graph: RobotGraph, types: RosTypes, tables: Tables) -> Iterator[GraphFault]:
     sources = [(topic.type, graph.source(topic)) for topic in tables.up]
     sources += [(TF_MESSAGE, graph.transforms(name)) for name in ("tf", "tf_static")]
     for type_name, source in sources:
@@ -119,7 +119,7 @@ def _carried(graph: RobotGraph, types: RosTypes, tables: Tables) -> Iterator[Fin
 # -- ends that do not match --------------------------------------------------------------------------------------------
 
 
-def _hashes(topic: str, ends: Iterable[Entity], types: RosTypes, type_name: str) -> Iterator[Finding]:
+def _hashes(topic: str, ends: Iterable[Entity], types: RosTypes, type_name: str) -> Iterator[GraphFault]:
     stated = [one for one in ends if one.type_hash]
     if not stated or not types.knows(type_name):
         return
@@ -131,20 +131,20 @@ def _hashes(topic: str, ends: Iterable[Entity], types: RosTypes, type_name: str)
             f"{nodes} has another definition of {type_name} on {topic} than ROS 2 {types.release}: "
             "name the robot's release by --distro"
         )
-        yield Finding(topic, text, ERROR)
+        yield GraphFault(topic, text, ERROR)
 
 
 def _subscribers(
-    subscribers: Sequence[Entity], offer: Offer, types: set[str], *, qos_matters: bool
-) -> Iterator[Finding]:
+    subscribers: Sequence[Entity], offer: OfferedTopic, types: set[str], *, qos_matters: bool
+) -> Iterator[GraphFault]:
     for one in subscribers:
         if one.type in UNTYPED:
             continue
         node = one.node or "a node"
         if one.type not in types:
-            yield Finding(offer.topic, f"{node} subscribes to {offer.topic} as {one.type}, not as {offer.type}")
+            yield GraphFault(offer.topic, f"{node} subscribes to {offer.topic} as {one.type}, not as {offer.type}")
         elif one.type == offer.type and qos_matters and (lacks := _lacks(offer.qos, one.qos)):
-            yield Finding(
+            yield GraphFault(
                 offer.topic,
                 f"{node} gets nothing of {offer.topic}: it requests {lacks}, which the bridge does not offer there",
                 ERROR if offer.qos is VELOCITY else WARN,
@@ -175,20 +175,20 @@ TOPIC = "diagnostics"
 NAME = "bridge"
 
 
-class Examination:
+class GraphExamination:
     """Logs and publishes the faults of the robot's graph.
 
     Parameters
     ----------
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     look : callable
         Returns the faults that are there now.
     """
 
-    def __init__(self, parts: Parts, look: Callable[[], Awaitable[Sequence[Finding]]]) -> None:
+    def __init__(self, parts: BridgeParts, look: Callable[[], Awaitable[Sequence[GraphFault]]]) -> None:
         self._parts, self._look = parts, look
-        self._published: dict[str, Finding] = {}
+        self._published: dict[str, GraphFault] = {}
 
     async def run(self) -> None:
         """Examine until cancelled."""
@@ -200,18 +200,20 @@ class Examination:
             self._publish([*found, *self._warnings()][:MOST])
             await asyncio.sleep(PERIOD)
 
-    def _warnings(self) -> list[Finding]:
+    def _warnings(self) -> list[GraphFault]:
         texts = self._parts.notices.recent(self._parts.clock() - RECENT)
-        return [Finding(f"warning {number}", text) for number, text in enumerate(texts, 1)]
+        return [GraphFault(f"warning {number}", text) for number, text in enumerate(texts, 1)]
 
-    def _publish(self, found: Sequence[Finding]) -> None:
+    def _publish(self, found: Sequence[GraphFault]) -> None:
         """Publish findings, and once more those that are gone, as healthy."""
-        now: dict[str, Finding] = {}
+        now: dict[str, GraphFault] = {}
         for finding in found:
             before = now.get(finding.subject)
             text = f"{before.text}; {finding.text}" if before else finding.text
-            now[finding.subject] = Finding(finding.subject, text, max(finding.level, before.level if before else WARN))
-        gone = [Finding(subject, "", 0) for subject in self._published.keys() - now.keys()]
+            now[finding.subject] = GraphFault(
+                finding.subject, text, max(finding.level, before.level if before else WARN)
+            )
+        gone = [GraphFault(subject, "", 0) for subject in self._published.keys() - now.keys()]
         self._published = now
         if statuses := [*now.values(), *gone]:
             array = [{"level": one.level, "name": f"{NAME}: {one.subject}", "message": one.text} for one in statuses]

@@ -13,7 +13,7 @@ from typing import Any
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.wire.ros.types import to_json
-from robots.bridges.core.parts import Parts
+from robots.bridges.core.parts import BridgeParts
 
 SLACK, FASTEST = 0.5, 3.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
@@ -105,16 +105,16 @@ VARIANCE, VARIANCE_YAW = 0.1, 0.05
 """Variances of a pose that the bridge remembers [m², rad²]."""
 
 
-class Localization:
+class RobotLocalization:
     """Sends the clone the pose of the robot, or that it is unknown.
 
     Parameters
     ----------
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     """
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: BridgeParts) -> None:
         self._parts = parts
         self._watch, self._restarts = RestartWatch(), 0
 

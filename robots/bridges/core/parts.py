@@ -43,7 +43,7 @@ class RobotTime:
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class BridgeParts:
     """Ends of a bridge, and its knowledge of the robot.
 
     Parameters

@@ -16,7 +16,7 @@ UNTYPED = ("", "*")
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class PublishedTopic:
     """Topic of the robot: its full name, and its publishers."""
 
     topic: str
@@ -27,7 +27,7 @@ class Source:
         """Whether all publishers keep messages for late subscribers."""
         return all(publisher.qos.latched for publisher in self.publishers)
 
-    def same_as(self, other: "Source") -> bool:
+    def same_as(self, other: "PublishedTopic") -> bool:
         """Return whether a subscription to one serves the other."""
         return (self.topic, self.latched) == (other.topic, other.latched)
 
@@ -50,23 +50,23 @@ class RobotGraph:
         """Return the full name of a topic, a service or an action in the robot's namespace."""
         return f"{self.namespace}/{name}"
 
-    def source(self, topic: UpTopic) -> Source | None:
+    def source(self, topic: UpTopic) -> PublishedTopic | None:
         """Return the topic by which the robot publishes what a topic of the cloud wants; None if there is none."""
         of_type = self._publishers(topic.type)
         for name in topic.names:
             if self.full(name) in of_type:
-                return Source(self.full(name), tuple(of_type[self.full(name)]))
+                return PublishedTopic(self.full(name), tuple(of_type[self.full(name)]))
         inside = [name for name in of_type if name.startswith(f"{self.namespace}/")]
         if topic.only and len(inside) == 1:
-            return Source(inside[0], tuple(of_type[inside[0]]))
+            return PublishedTopic(inside[0], tuple(of_type[inside[0]]))
         return None
 
-    def transforms(self, name: str) -> Source | None:
+    def transforms(self, name: str) -> PublishedTopic | None:
         """Return the topic ``tf`` or ``tf_static`` of the robot: in its namespace, else in the root."""
         of_type = self._publishers(TF_MESSAGE)
         for topic in (self.full(name), f"/{name}"):
             if topic in of_type:
-                return Source(topic, tuple(of_type[topic]))
+                return PublishedTopic(topic, tuple(of_type[topic]))
         return None
 
     def tf_topic(self) -> str:

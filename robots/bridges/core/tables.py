@@ -141,7 +141,7 @@ DOWN: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Service:
+class BridgedService:
     """Service that the clone answers: its name and type at the robot, and those in the cloud."""
 
     name: str
@@ -153,7 +153,7 @@ class Service:
 _CLEAR = "nav2_msgs/srv/ClearEntireCostmap"
 _EMPTY = "std_srvs/srv/Empty"
 SERVICES: Final = tuple(
-    Service(name, kind, cloud, kind)
+    BridgedService(name, kind, cloud, kind)
     for name, kind, cloud in (
         ("global_costmap/clear_entirely_global_costmap", _CLEAR, "global_costmap/clear_entirely_global_costmap"),
         ("local_costmap/clear_entirely_local_costmap", _CLEAR, "local_costmap/clear_entirely_local_costmap"),
@@ -179,7 +179,7 @@ class Tables:
     ----------
     up, down : tuple
         Topics of the robot, besides ``tf`` and ``tf_static``, and of the clone, besides ``cmd_vel`` and ``tf``.
-    services : tuple of Service
+    services : tuple of BridgedService
         Services that the clone answers.
     actions : mapping of str to str
         Types of the actions that the clone executes, by their names.
@@ -187,7 +187,7 @@ class Tables:
 
     up: tuple[UpTopic, ...]
     down: tuple[DownTopic, ...]
-    services: tuple[Service, ...]
+    services: tuple[BridgedService, ...]
     actions: Mapping[str, str]
 
 

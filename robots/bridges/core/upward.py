@@ -7,9 +7,9 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from ppaas.wire.ros.graph import SENSOR, Qos
 from ppaas.wire.ros.types import to_json
-from robots.bridges.core.localization import Localization
-from robots.bridges.core.parts import Parts
-from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph, Source
+from robots.bridges.core.localization import RobotLocalization
+from robots.bridges.core.parts import BridgeParts
+from robots.bridges.core.robot_graph import TF_MESSAGE, PublishedTopic, RobotGraph
 from robots.bridges.core.tables import ODOMETRY, SCAN, UpTopic
 from robots.bridges.core.transport import Closable
 
@@ -20,7 +20,7 @@ RAW = "camera/depth/image_raw"
 
 @dataclass(slots=True)
 class _Carried:
-    source: Source
+    source: PublishedTopic
     subscription: Closable
 
 
@@ -29,13 +29,13 @@ class Upward:
 
     Parameters
     ----------
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
-    localization : Localization
+    localization : RobotLocalization
         Takes odometry, and the publishers of it.
     """
 
-    def __init__(self, parts: Parts, localization: Localization) -> None:
+    def __init__(self, parts: BridgeParts, localization: RobotLocalization) -> None:
         self._parts, self._localization = parts, localization
         self._carried: dict[str, _Carried] = {}
         self._last: dict[str, float] = {}
@@ -73,7 +73,9 @@ class Upward:
         for name in list(self._carried):
             self._drop(name)
 
-    def _carry(self, name: str, type_name: str, source: Source | None, received: Callable[[bytes], None]) -> None:
+    def _carry(
+        self, name: str, type_name: str, source: PublishedTopic | None, received: Callable[[bytes], None]
+    ) -> None:
         before = self._carried.get(name)
         if before is not None and source is not None and before.source.same_as(source):
             return

@@ -44,7 +44,7 @@ DEPTH = 10
 """Length of a queue, where nothing else is set."""
 
 
-class Peer(asyncio.Protocol):
+class NodeConnection(asyncio.Protocol):
     """Connection to another node.
 
     Parameters
@@ -64,7 +64,7 @@ class Peer(asyncio.Protocol):
         Set when the connection is lost.
     """
 
-    def __init__(self, received: "Callable[[Peer, bytes], None]") -> None:
+    def __init__(self, received: "Callable[[NodeConnection, bytes], None]") -> None:
         self.received = received
         self.node = self.topic = ""
         self.limit = MAX_HEADER
@@ -189,7 +189,7 @@ MAX_ANSWER = 1024
 """Largest frame that a subscriber may send, which is ignored [bytes]."""
 
 
-class Publication:
+class Ros1Publication:
     """Publisher; the last message of a latched one is kept for late subscribers.
 
     Parameters
@@ -217,11 +217,11 @@ class Publication:
         qos: Qos,
         *,
         changed: Callable[[], None],
-        closed: "Callable[[Publication], None]",
+        closed: "Callable[[Ros1Publication], None]",
         notices: Notices,
     ) -> None:
         self.name, self.type = name, type_name
-        self.peers: list[Peer] = []
+        self.peers: list[NodeConnection] = []
         self._types, self._qos, self._notices = types, qos, notices
         self._changed, self._closed = changed, closed
         self._header = publisher_header(types, node, name, ros1_type(type_name), latching=qos.latched)
@@ -241,7 +241,7 @@ class Publication:
         for peer in list(self.peers):
             peer.close()
 
-    def accept(self, peer: Peer, fields: dict[str, str]) -> None:
+    def accept(self, peer: NodeConnection, fields: dict[str, str]) -> None:
         """Take a subscriber that has sent its header; one with another type gets an error.
 
         Raises
@@ -265,7 +265,7 @@ class Publication:
         peer.lost.add_done_callback(lambda _: self._lost(peer))
         self._changed()
 
-    def _lost(self, peer: Peer) -> None:
+    def _lost(self, peer: NodeConnection) -> None:
         self.peers.remove(peer)
         self._changed()
 
@@ -279,7 +279,7 @@ MAX_PUBLISHERS = 64
 """Largest number of publishers of a topic."""
 
 
-class Subscription:
+class Ros1Subscription:
     """Subscription to a topic.
 
     The connection to a publisher that the master does not name any more is kept for as long as it lasts: a master that
@@ -317,11 +317,11 @@ class Subscription:
         received: Received,
         *,
         changed: Callable[[], None],
-        closed: "Callable[[Subscription], None]",
+        closed: "Callable[[Ros1Subscription], None]",
         notices: Notices,
     ) -> None:
         self.name, self.type = name, type_name
-        self.peers: dict[str, Peer] = {}
+        self.peers: dict[str, NodeConnection] = {}
         self.fault = ""
         self._types, self._node, self._received, self._notices = types, node, received, notices
         self._changed, self._closed = changed, closed
@@ -362,7 +362,7 @@ class Subscription:
             await self._listen(uri, peer)
             await asyncio.sleep(delay)
 
-    async def _listen(self, uri: str, peer: Peer) -> None:
+    async def _listen(self, uri: str, peer: NodeConnection) -> None:
         self.peers[uri], self.fault = peer, ""
         self._changed()
         try:
@@ -372,11 +372,11 @@ class Subscription:
             peer.abort()
             self._changed()
 
-    async def _connect(self, uri: str) -> Peer:
+    async def _connect(self, uri: str) -> NodeConnection:
         host, port = _tcpros(await call(uri, "requestTopic", self._node, self.name, [["TCPROS"]]))
         loop = asyncio.get_running_loop()
         greeted: asyncio.Future[None] = loop.create_future()
-        peer = Peer(lambda peer, frame: self._greet(peer, frame, greeted))
+        peer = NodeConnection(lambda peer, frame: self._greet(peer, frame, greeted))
         try:
             async with asyncio.timeout(HEADER_TIMEOUT):
                 await loop.create_connection(lambda: peer, host, port)
@@ -397,7 +397,7 @@ class Subscription:
         peer.node = peer.node or uri
         return peer
 
-    def _greet(self, peer: Peer, frame: bytes, greeted: "asyncio.Future[None]") -> None:
+    def _greet(self, peer: NodeConnection, frame: bytes, greeted: "asyncio.Future[None]") -> None:
         """Take the header of a publisher; messages may be right behind it."""
         try:
             fields = unpack_header(frame)
@@ -413,7 +413,7 @@ class Subscription:
         if not greeted.done():
             greeted.set_result(None)
 
-    def _message(self, _peer: Peer, frame: bytes) -> None:
+    def _message(self, _peer: NodeConnection, frame: bytes) -> None:
         self._received(frame)
 
 
@@ -435,7 +435,7 @@ MAX_CLIENTS = 64
 """Largest number of clients at once."""
 
 
-class Service:
+class Ros1Service:
     """Server of one service.
 
     Parameters
@@ -460,11 +460,11 @@ class Service:
         type_name: str,
         answer: Answer,
         *,
-        closed: "Callable[[Service], None]",
+        closed: "Callable[[Ros1Service], None]",
         notices: Notices,
     ) -> None:
         self.name, self.type = name, type_name
-        self.peers: set[Peer] = set()
+        self.peers: set[NodeConnection] = set()
         self._types, self._answer, self._closed, self._notices = types, answer, closed, notices
         self._header = server_header(types, node, ros1_type(type_name))
         self._tasks: set[asyncio.Task[None]] = set()
@@ -477,7 +477,7 @@ class Service:
         for peer in list(self.peers):
             peer.close()
 
-    def accept(self, peer: Peer, fields: dict[str, str]) -> None:
+    def accept(self, peer: NodeConnection, fields: dict[str, str]) -> None:
         """Take a client that has sent its header.
 
         Raises
@@ -496,7 +496,7 @@ class Service:
         self.peers.add(peer)
         peer.lost.add_done_callback(lambda _: self.peers.discard(peer))
 
-    def _received(self, peer: Peer, request: bytes, persistent: bool) -> None:
+    def _received(self, peer: NodeConnection, request: bytes, persistent: bool) -> None:
         if len(self._tasks) >= MAX_CLIENTS:
             peer.send(answered(b"the bridge is busy: call again later", ok=False))
             return
@@ -504,7 +504,7 @@ class Service:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _respond(self, peer: Peer, request: bytes, persistent: bool) -> None:
+    async def _respond(self, peer: NodeConnection, request: bytes, persistent: bool) -> None:
         try:
             peer.send(answered(await self._answer(request)))
         except PPaaSError as error:

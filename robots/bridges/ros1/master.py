@@ -12,16 +12,16 @@ from typing import Any
 from ppaas.errors import MalformedMessage
 from ppaas.wire.names import ros1_type
 from ppaas.wire.ros.graph import Kind
-from ppaas.wire.ros.ros1_master import FAILURE, SUCCESS, MasterState, Nodes, read_state, read_types
+from ppaas.wire.ros.ros1_master import FAILURE, SUCCESS, Nodes, RegisteredNodes, read_state, read_types
 from robots.bridges.core.notices import Notices
-from robots.bridges.ros1.connections import Peer, Publication, Service, Subscription
+from robots.bridges.ros1.connections import NodeConnection, Ros1Publication, Ros1Service, Ros1Subscription
 from robots.bridges.ros1.http import Method, call
 
 MAX_CALLS = 4
 """Largest number of calls at once: rosmaster lets five connections wait."""
 
 
-class Master:
+class Ros1Master:
     """Methods of a master.
 
     Parameters
@@ -34,7 +34,7 @@ class Master:
         self._uri, self._node, self._own = uri, node, own
         self._turn = asyncio.Semaphore(MAX_CALLS)
 
-    async def state(self) -> MasterState:
+    async def state(self) -> RegisteredNodes:
         """Return the nodes that publish, subscribe and serve; all methods raise as `call`."""
         return read_state(await self._call("getSystemState"))
 
@@ -87,15 +87,15 @@ def read_uris(value: Any) -> list[str]:
 # -- registrations of a node at a master -------------------------------------------------------------------------------
 
 Key = tuple[Kind, str]
-Named = Publication | Subscription | Service
+Named = Ros1Publication | Ros1Subscription | Ros1Service
 
 
-class Registry:
+class Registrations:
     """Registrations of one node.
 
     Parameters
     ----------
-    master : Master
+    master : Ros1Master
         The master.
     node : str
         Name of the node.
@@ -108,20 +108,20 @@ class Registry:
     """
 
     def __init__(
-        self, master: Master, node: str, data: str, publishers: Callable[[str, list[str]], None], notices: Notices
+        self, master: Ros1Master, node: str, data: str, publishers: Callable[[str, list[str]], None], notices: Notices
     ) -> None:
         self.master, self._publishers = master, publishers
         self._node, self._data, self._notices = node, data, notices
         self._registered: dict[Key, Named] = {}
 
-    async def reconcile(self, state: MasterState, wanted: Mapping[Key, Named]) -> None:
+    async def reconcile(self, state: RegisteredNodes, wanted: Mapping[Key, Named]) -> None:
         """Register what is wanted and not registered, and withdraw the rest.
 
-        All is tried before an error is raised as by `Master`; what has failed is missing the next time.
+        All is tried before an error is raised as by `Ros1Master`; what has failed is missing the next time.
 
         Parameters
         ----------
-        state : MasterState
+        state : RegisteredNodes
             State of the master.
         wanted : mapping
             Publications, subscriptions and services by kind and name.
@@ -135,10 +135,10 @@ class Registry:
         self._registered.pop(key, None)
 
     async def withdraw(self) -> None:
-        """Unregister all; raises as `Master`."""
+        """Unregister all; raises as `Ros1Master`."""
         await self._each(self._withdraw, list(self._registered))
 
-    def _is_missing(self, key: Key, one: Named, state: MasterState) -> bool:
+    def _is_missing(self, key: Key, one: Named, state: RegisteredNodes) -> bool:
         kind, name = key
         nodes: Nodes = {
             Kind.PUBLISHER: state.publishers, Kind.SUBSCRIBER: state.subscribers, Kind.SERVER: state.services
@@ -187,8 +187,8 @@ class Slave(ABC):
     """Methods of a node; the changes that they ask for are made by the node itself."""
 
     master: str
-    publications: Mapping[str, Publication]
-    subscriptions: Mapping[str, Subscription]
+    publications: Mapping[str, Ros1Publication]
+    subscriptions: Mapping[str, Ros1Subscription]
 
     @abstractmethod
     def publishers_changed(self, topic: str, uris: list[str]) -> None:
@@ -249,7 +249,7 @@ class Slave(ABC):
         return [published, subscribed, []]
 
 
-def _carried(peers: Iterable[Peer]) -> list[list[Any]]:
+def _carried(peers: Iterable[NodeConnection]) -> list[list[Any]]:
     """Return number, bytes, messages and state of each connection; XML-RPC has integers of 32 bits only."""
     top = 0x7FFFFFFF
     return [
@@ -258,5 +258,5 @@ def _carried(peers: Iterable[Peer]) -> list[list[Any]]:
     ]
 
 
-def _listed(entities: Iterable[Publication | Subscription]) -> list[list[str]]:
+def _listed(entities: Iterable[Ros1Publication | Ros1Subscription]) -> list[list[str]]:
     return [[one.name, ros1_type(one.type)] for one in entities]

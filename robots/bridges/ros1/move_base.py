@@ -22,8 +22,8 @@ from ppaas.wire.ros.graph import LATCHED, Qos
 from ppaas.wire.ros.types import to_json
 from robots.bridges.core.actions import NAVIGATE
 from robots.bridges.core.cloud_link import CloudGoal
-from robots.bridges.core.parts import Parts
-from robots.bridges.core.tables import MAP, MAP_METADATA, MAP_UPDATES, RELIABLE, UP, DownTopic, Service, Tables
+from robots.bridges.core.parts import BridgeParts
+from robots.bridges.core.tables import MAP, MAP_METADATA, MAP_UPDATES, RELIABLE, UP, BridgedService, DownTopic, Tables
 from robots.bridges.core.transport import Closable
 
 ENDS = {4: Status.SUCCEEDED, 5: Status.PREEMPTED, 6: Status.ABORTED}
@@ -72,11 +72,11 @@ class MoveBaseAction:
         Name in the cloud, and type.
     full : str
         Name in ROS, with a leading slash.
-    parts : Parts
+    parts : BridgeParts
         Ends of the bridge.
     """
 
-    def __init__(self, name: str, type_name: str, full: str, parts: Parts) -> None:
+    def __init__(self, name: str, type_name: str, full: str, parts: BridgeParts) -> None:
         del name, type_name  # the goals go to another action, and the topics have separate types
         transport, self._parts = parts.transport, parts
         self._goals: dict[str, _Goal] = {}
@@ -236,7 +236,7 @@ ROS_1: Final = Tables(
         _down("projected_map", _GRID, latched=True),
     ),
     services=tuple(
-        Service(name, kind, name, kind)
+        BridgedService(name, kind, name, kind)
         for name, kind in (
             ("static_map", "nav_msgs/srv/GetMap"),
             ("global_localization", _EMPTY),

@@ -18,19 +18,19 @@ from ppaas.errors import Conflict, InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos
-from ppaas.wire.ros.ros1_master import MasterState
+from ppaas.wire.ros.ros1_master import RegisteredNodes
 from ppaas.wire.ros.tcpros import unpack_header
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.robot_graph import name_in_graph
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
-from robots.bridges.ros1.connections import Peer, Publication, Service, Subscription
+from robots.bridges.ros1.connections import NodeConnection, Ros1Publication, Ros1Service, Ros1Subscription
 from robots.bridges.ros1.http import CALL_TIMEOUT, XmlRpcServer, address_of
-from robots.bridges.ros1.master import Key, Master, Named, Registry, Slave
+from robots.bridges.ros1.master import Key, Named, Registrations, Ros1Master, Slave
 from robots.bridges.ros1.move_base import ROS_1
 
 logger = logging.getLogger("ppaas.bridge")
 
-Closed = TypeVar("Closed", Publication, Subscription, Service)
+Closed = TypeVar("Closed", Ros1Publication, Ros1Subscription, Ros1Service)
 
 POLL = 0.25
 """Time between two looks at the master [s]."""
@@ -79,13 +79,13 @@ class Ros1Transport(Transport, Slave):
         address_of(options.master)
         self.types = ros_types("noetic", ros2_times=True)
         self.master, self._name, self._host = options.master, f"/{name}", options.host
-        self.publications: dict[str, Publication] = {}
-        self.subscriptions: dict[str, Subscription] = {}
-        self._services: dict[str, Service] = {}
+        self.publications: dict[str, Ros1Publication] = {}
+        self.subscriptions: dict[str, Ros1Subscription] = {}
+        self._services: dict[str, Ros1Service] = {}
         self._entities: dict[tuple[Kind, str, str], Entity] = {}
-        self._state = MasterState({}, {}, {})
+        self._state = RegisteredNodes({}, {}, {})
         self._known_types: dict[str, str] = {}
-        self._peers: set[Peer] = set()
+        self._peers: set[NodeConnection] = set()
         self._fault = ""
         self._notices = Notices()
         self._server = XmlRpcServer(self.methods())
@@ -103,8 +103,8 @@ class Ros1Transport(Transport, Slave):
             self._uri = f"http://{self._host}:{await self._server.listen(listen)}/"
         except OSError as error:
             raise Unavailable(f"cannot listen on {listen}: {error}; name an address by --host") from error
-        master, data = Master(self.master, self._name, self._uri), f"rosrpc://{self._host}:{self.data_address()[1]}"
-        self._registry = Registry(master, self._name, data, self.publishers_changed, self._notices)
+        master, data = Ros1Master(self.master, self._name, self._uri), f"rosrpc://{self._host}:{self.data_address()[1]}"
+        self._registry = Registrations(master, self._name, data, self.publishers_changed, self._notices)
         self._notices.info("types of messages are those of ROS 1 noetic")
         self._watching = asyncio.create_task(self._watch())
 
@@ -242,7 +242,7 @@ class Ros1Transport(Transport, Slave):
 
     def publisher(self, topic: str, type_name: str, qos: Qos) -> Publisher:
         """Return a publisher."""
-        publication = Publication(
+        publication = Ros1Publication(
             self.types, self._name, topic, type_name, qos,
             changed=self._refresh, closed=self._closed(self.publications), notices=self._notices,
         )  # fmt: skip
@@ -252,7 +252,7 @@ class Ros1Transport(Transport, Slave):
 
     def subscribe(self, topic: str, type_name: str, qos: Qos, received: Received) -> Closable:
         """Subscribe to a topic."""
-        subscription = Subscription(
+        subscription = Ros1Subscription(
             self.types, self._name, topic, type_name, received,
             changed=self._refresh, closed=self._closed(self.subscriptions), notices=self._notices,
         )  # fmt: skip
@@ -262,7 +262,7 @@ class Ros1Transport(Transport, Slave):
 
     def serve(self, service: str, type_name: str, answer: Answer) -> Closable:
         """Serve a service."""
-        served = Service(
+        served = Ros1Service(
             self.types, self._name, service, type_name, answer,
             closed=self._closed(self._services), notices=self._notices,
         )  # fmt: skip
@@ -284,15 +284,15 @@ class Ros1Transport(Transport, Slave):
         """Return host and port of the TCPROS server."""
         return self._host, self._data.sockets[0].getsockname()[1]
 
-    def _accept(self) -> Peer:
-        peer = Peer(self._greet)
+    def _accept(self) -> NodeConnection:
+        peer = NodeConnection(self._greet)
         self._peers.add(peer)
         peer.lost.add_done_callback(lambda _: self._peers.discard(peer))
         if len(self._peers) > MAX_PEERS:
             asyncio.get_running_loop().call_soon(peer.abort)
         return peer
 
-    def _greet(self, peer: Peer, header: bytes) -> None:
+    def _greet(self, peer: NodeConnection, header: bytes) -> None:
         try:
             fields = unpack_header(header)
             peer.node = fields.get("callerid", "")[:MAX_NAME] or "a node without a name"

@@ -18,7 +18,7 @@ from ppaas.messages.nav_msgs import Odometry, Path
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
 from ppaas.wire.vda5050.agv.agv import Agv
-from ppaas.wire.vda5050.agv.commands import Command, Drive, Execute, LimitSpeed, Localize, Outcome, RobotPose, Stop
+from ppaas.wire.vda5050.agv.commands import Command, Drive, DriveResult, Execute, LimitSpeed, Localize, RobotPose, Stop
 from ppaas.wire.vda5050.agv.report import Telemetry
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.orders import Action
@@ -201,13 +201,13 @@ class CloneSide:
     async def _await_end(self, number: int, goal: CloudGoal) -> None:
         end = await goal.end
         if end.status == REACHED:
-            self._agv.drive_ended(number, Outcome.REACHED)
+            self._agv.drive_ended(number, DriveResult.REACHED)
         elif end.reason == LOST:
-            self._agv.drive_ended(number, Outcome.LOST)
+            self._agv.drive_ended(number, DriveResult.LOST)
             if self._is_connected:  # another session has begun: drive again
                 self._agv.link(connected=True)
         else:
-            self._agv.drive_ended(number, Outcome.FAILED, end.reason or _message(end.result))
+            self._agv.drive_ended(number, DriveResult.FAILED, end.reason or _message(end.result))
         self._changed()
 
     async def _stop(self) -> None:

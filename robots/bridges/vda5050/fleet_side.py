@@ -14,7 +14,7 @@ from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, ConnectionState
-from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.topics import AgvAddress
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import MIN_INTERVAL
 from robots.bridges.vda5050.mqtt_link import Exchange, Outbox, Outgoing
@@ -40,7 +40,7 @@ class FleetSide:
     ) -> None:
         self._agv, self._telemetry, self._factsheet, self._map_id = agv, telemetry, factsheet, map_id
         self._options = options
-        self._address = Address.of(options.version, options.manufacturer, serial, options.interface)
+        self._address = AgvAddress.of(options.version, options.manufacturer, serial, options.interface)
         self._headers = HeaderCounter(options.version, self._address)
         self._names = {self._address.topic(name): name for name in topics.topics_to_agv(options.version)}
         self._outbox: Outbox | None = None

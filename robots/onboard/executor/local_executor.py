@@ -206,11 +206,11 @@ class LocalExecutor:
         serves = [protocol.ServiceName(service.name, service.type.name) for service in node.services]
         return protocol.Added(frame.node, hears, list(self.graph.published_by(node)), serves)
 
-    def _states(self) -> dict[str, protocol.NodeState]:
+    def _states(self) -> dict[str, protocol.NodeReport]:
         times = self.graph.times.take()
         states = {checkpoint.node: checkpoint.state.decode() for checkpoint in self.graph.checkpoints()}
         return {
-            node: protocol.NodeState(states.get(node, ""), _mean(times.get(node)), *self._log_change(node))
+            node: protocol.NodeReport(states.get(node, ""), _mean(times.get(node)), *self._log_change(node))
             for node in self.graph.nodes
         }
 

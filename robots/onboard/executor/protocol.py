@@ -129,7 +129,7 @@ class Replied(msgspec.Struct, tag="replied"):
     text: str = ""
 
 
-class NodeState(msgspec.Struct):
+class NodeReport(msgspec.Struct):
     """State of a node: its checkpoint, its mean time to process a message [s], and the change of its log since then."""
 
     state: str
@@ -141,7 +141,7 @@ class NodeState(msgspec.Struct):
 class States(msgspec.Struct, tag="states"):
     """States of the nodes, by name."""
 
-    nodes: dict[str, NodeState]
+    nodes: dict[str, NodeReport]
 
 
 class NodeFailed(msgspec.Struct, tag="failed"):

@@ -70,7 +70,7 @@ LASER_HEIGHT = 0.2
 """Height of the plane of lasers [m]."""
 
 
-class Figure:
+class PersonFigure:
     """Body, gait and posture of one person.
 
     Parameters

@@ -93,7 +93,7 @@ SILENCE = 3.0
 """Time without a response of any node after which the cluster is connected to again, and between two attempts [s]."""
 
 
-class Silence:
+class NodeSilence:
     """Measures for how long no node has responded. ``begin`` is called by one thread at a time.
 
     Parameters
@@ -148,7 +148,7 @@ class ClusterLink:
         self._opened: _Opened | None = None
         self._closed = threading.Event()
         self._failed: tuple[float, Unavailable] | None = None
-        self._silence = Silence()
+        self._silence = NodeSilence()
         self._silence_lock = threading.Lock()
         self._renewal: threading.Thread | None = None
 

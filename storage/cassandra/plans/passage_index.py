@@ -11,7 +11,7 @@ from ppaas.plans.encoding.codes import poses_of
 from ppaas.plans.encoding.index_cells import Position, cells_near, cells_touched
 from storage.cassandra.connection.session import CassandraSession, Write
 from storage.cassandra.plans.key_caches import BoundedCounts
-from storage.cassandra.plans.rows import PlanRow
+from storage.cassandra.plans.rows import UnwrittenPlan
 from storage.plan_checks import array_of
 
 PLANS_PER_CELL = 8
@@ -53,7 +53,7 @@ class PassageIndex:
         self._since = -math.inf
         self._touched: OrderedDict[bytes, list[tuple[int, int]]] = OrderedDict()
 
-    def additions(self, rows: Iterable[PlanRow]) -> list[Write]:
+    def additions(self, rows: Iterable[UnwrittenPlan]) -> list[Write]:
         """Return writes that add plans to the cells that they touch, except cells with enough plans."""
         with self._lock:
             self._start_window()
@@ -64,14 +64,14 @@ class PassageIndex:
                 if self._counts.increase((row.entry.scope, x, y))
             ]
 
-    def remove(self, row: PlanRow) -> None:
+    def remove(self, row: UnwrittenPlan) -> None:
         """Remove a plan from all cells."""
         scope, record = row.entry.scope, row.record
         with self._lock:
             cells = self._cells_of(row)
         self._session.write_each(_DELETE, [(scope, x, y, record.created + 0.0, record.id) for x, y in cells])
 
-    def clear(self, rows: Iterable[PlanRow]) -> None:
+    def clear(self, rows: Iterable[UnwrittenPlan]) -> None:
         """Remove all plans from the cells that these plans touch."""
         with self._lock:
             cells = {(row.entry.scope, x, y) for row in rows for x, y in self._cells_of(row)}
@@ -92,7 +92,7 @@ class PassageIndex:
             self._counts.clear()
             self._full.clear()
 
-    def _cells_of(self, row: PlanRow, but: Container[bytes] = ()) -> set[tuple[int, int]]:
+    def _cells_of(self, row: UnwrittenPlan, but: Container[bytes] = ()) -> set[tuple[int, int]]:
         """Return the cells that a plan touches; if it has shared segments, the cells of its segments except ``but``."""
         if not row.segments:
             return cells_touched(array_of(row.record.poses)[:, :2])

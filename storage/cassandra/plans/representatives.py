@@ -16,7 +16,7 @@ from storage.cassandra.connection.session import PAGE, CassandraSession, Write
 from storage.cassandra.plans.endpoint_cells import Cell
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.key_caches import BoundedCounts, LastWritten
-from storage.cassandra.plans.rows import PlanRow
+from storage.cassandra.plans.rows import UnwrittenPlan
 
 REPRESENTATIVES_PER_CELL = 1
 """Representatives that one process chooses for a cell. The fewer there are, the more cells one query covers: among a
@@ -56,7 +56,7 @@ class Representatives:
         self._counts = BoundedCounts[Cell](REPRESENTATIVES_PER_CELL, MAX_KNOWN)
         self._marked = LastWritten[Cell](MAX_KNOWN)
 
-    def choose(self, rows: Sequence[PlanRow], beside: Iterable[Sequence[Write]] = ()) -> list[Write]:
+    def choose(self, rows: Sequence[UnwrittenPlan], beside: Iterable[Sequence[Write]] = ()) -> list[Write]:
         """Return writes that make some of the plans representatives, to be executed together with the plans.
 
         Before it returns, the cells of the other plans are marked as overfull, and the writes ``beside`` are executed.
@@ -76,7 +76,7 @@ class Representatives:
         found = self._session.rows_each(_FIND, keys)
         return [(_DELETE, (row.bucket, row.spot, row.id)) for rows in found for row in rows]
 
-    def replacing(self, before: Key, row: PlanRow) -> list[Write]:
+    def replacing(self, before: Key, row: UnwrittenPlan) -> list[Write]:
         """Return writes that replace a representative by another plan of the same id, to be executed with that plan."""
         same_cell = before == row.key
         deletions = self.removing([before])
@@ -88,7 +88,7 @@ def overfull_marker(cell: Cell) -> Write:
     return _PUT, (*cell, OVERFULL, b"")
 
 
-def _insertion(row: PlanRow) -> Write:
+def _insertion(row: UnwrittenPlan) -> Write:
     return _PUT, (*row.key, row.head)
 
 

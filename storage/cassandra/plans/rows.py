@@ -36,7 +36,7 @@ _known_id = lru_cache(1 << 15)(entry_id)
 
 
 @dataclass(frozen=True, slots=True)
-class PlanRow:
+class UnwrittenPlan:
     """A plan before it is written.
 
     Parameters
@@ -87,7 +87,7 @@ class PlanRow:
         return _LOCATION.pack(*self.cell, content)
 
 
-def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:
+def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[UnwrittenPlan]:
     """Yield the rows of plans.
 
     Raises
@@ -101,7 +101,9 @@ def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanR
         sheets = dict(_sheets(entry.scope, ids))
         recipe = _SHEETS + b"".join(sheets) if sheets else _IDS + b"".join(ids)
         segments = dict(zip(ids, entry.codes, strict=True))
-        yield PlanRow(record, entry, context, recipe, segments, {context: entry.context, **sheets}, cell_key(record))
+        yield UnwrittenPlan(
+            record, entry, context, recipe, segments, {context: entry.context, **sheets}, cell_key(record)
+        )
 
 
 def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:
@@ -214,7 +216,7 @@ KEYS_BYTES = 240
 """Approximate overhead of a row of ``plans_at_spots`` as Cassandra counts it [bytes]: keys, and a time per value."""
 
 
-def insert_names(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
+def insert_names(rows: Sequence[UnwrittenPlan]) -> Iterator[list[Write]]:
     """Yield groups of writes that name plans, each with as many partitions as Cassandra accepts without a warning."""
     for at in range(0, len(rows), MAX_BATCH_ROWS - 1):
         group = rows[at : at + MAX_BATCH_ROWS - 1]
@@ -224,7 +226,7 @@ def insert_names(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
         ]
 
 
-def insert_plans(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
+def insert_plans(rows: Sequence[UnwrittenPlan]) -> Iterator[list[Write]]:
     """Yield groups of writes that store plans, each as large as Cassandra accepts without a warning."""
     writes: list[Write] = []
     size, buckets = 0, set[bytes]()
@@ -241,7 +243,7 @@ def insert_plans(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
         yield writes
 
 
-def index_writes(row: PlanRow) -> list[Write]:
+def index_writes(row: UnwrittenPlan) -> list[Write]:
     """Return writes that add the replacement of a plan to the indexes by map and by ends."""
     return [(_INSERT_IN_MAP, map_key(row.record)), _insertion(row)]
 
@@ -285,5 +287,5 @@ def delete_plan(row: Any) -> Write:
     return delete, (row.written, row.bucket, row.spot, row.id)
 
 
-def _insertion(row: PlanRow) -> Write:
+def _insertion(row: UnwrittenPlan) -> Write:
     return _INSERT, (*row.key, row.head, row.recipe)

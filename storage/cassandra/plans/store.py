@@ -16,7 +16,7 @@ from storage.cassandra.plans.passage_index import PassageIndex
 from storage.cassandra.plans.representatives import Representatives
 from storage.cassandra.plans.rows import (
     KeptPlan,
-    PlanRow,
+    UnwrittenPlan,
     delete_bucket,
     delete_listed,
     index_deletions,
@@ -156,7 +156,7 @@ class CassandraPlans:
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
-    def _add(self, rows: Sequence[PlanRow]) -> None:
+    def _add(self, rows: Sequence[UnwrittenPlan]) -> None:
         fresh = self._write_referenced(rows)
         representatives = self._representatives.choose(rows, insert_names(rows))
         change = _added_statistics(rows, fresh)
@@ -183,7 +183,7 @@ class CassandraPlans:
         self._session.write_batches((), self._plan_sums.writes_for({map_id: removed}, -1))
         return records
 
-    def _write_referenced(self, rows: Sequence[PlanRow]) -> set[bytes]:
+    def _write_referenced(self, rows: Sequence[UnwrittenPlan]) -> set[bytes]:
         """Write the entries that plans refer to; return the ids of new ones."""
         segments: dict[bytes, bytes] = {}
         beside: dict[bytes, bytes] = {}
@@ -234,7 +234,7 @@ class CassandraPlans:
             yield record_of(context, each.body, [poses_of(code_of(scope, one, data[one])) for one in numbers])
 
 
-def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
+def _added_statistics(rows: Sequence[UnwrittenPlan], fresh: set[bytes]) -> Sums:
     sums: Sums = {}
     left = set(fresh)
     for row in rows:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from robots.cli.main import main
 from tests.support.endpoints.fake_cloud import FakeCloud
 

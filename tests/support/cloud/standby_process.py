@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 
-from endpoints.processes import serving
+from endpoints.cloud_processes import serving
 from robots import cli
 from tests.support.cloud.cloud import ADMIN_PASSWORD, LOG_SHOWN, RunningCloud, named
 from tests.support.waiting import until

@@ -37,9 +37,9 @@ class DrivenPlace(StillPlace):
         frames, self.far.written = self.far.written, []
         for frame in frames:
             match frame:
-                case robot_link.Subscribe():
+                case robot_link.SubscribeTopic():
                     self._wanted.add(frame.topic)
-                case robot_link.Unsubscribe():
+                case robot_link.UnsubscribeTopic():
                     self._wanted.discard(frame.topic)
                 case robot_link.Deliver():
                     self._deliver(frame)

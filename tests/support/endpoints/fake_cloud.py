@@ -10,12 +10,9 @@ import msgspec
 import numpy as np
 from msgspec import Raw
 
-from engine.master.machine import Machine
-from engine.master.places import robot_key
-from engine.master.quotas import Quotas
-from engine.service.administration import machine_view
-from engine.service.endpoints.cloud import UserQuotas
-from engine.service.endpoints.control_plane import (
+from engine.control.administration import machine_view
+from engine.control.master_calls.cloud import UserQuotas
+from engine.control.master_calls.control_plane import (
     ContainerCalls,
     CountPaths,
     MachineCalls,
@@ -27,13 +24,11 @@ from engine.service.endpoints.control_plane import (
     TrafficCalls,
     UserCalls,
 )
-from engine.service.links.place_link import PlaceLink
-from engine.service.links.presence import RobotPresence
-from engine.service.planning.planning import Planning
-from engine.service.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
-from engine.service.robot_navigation import RobotNavigation
-from engine.service.robot_nodes import RobotNodes
-from engine.service.views import (
+from engine.control.planning.planning import Planning
+from engine.control.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
+from engine.control.robot_navigation import RobotNavigation
+from engine.control.robot_nodes import RobotNodes
+from engine.control.views import (
     ContainerView,
     EndpointView,
     LifelongRobot,
@@ -41,6 +36,11 @@ from engine.service.views import (
     MappingRobot,
     PeopleGroupView,
 )
+from engine.links.place_link import PlaceLink
+from engine.links.presence import RobotPresence
+from engine.master.machine import Machine
+from engine.master.places import robot_key
+from engine.master.quotas import Quotas
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from engine.specs.start_state import READY

@@ -5,8 +5,8 @@ import json
 import struct
 from typing import Any
 
-from endpoints.foxglove.viewer import Login, Viewer, ViewerRequests
-from endpoints.services.services import Services
+from endpoints.foxglove.viewer import Viewer, ViewerLogin, ViewerRequests
+from endpoints.resources.services import Services
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.network.still_socket import BINARY, sent
 
@@ -26,7 +26,7 @@ class StillViewer:
     """
 
     def __init__(self, services: Services, sessions: StillSessions, token: str, *named: str) -> None:
-        self.viewer = Viewer(services, sessions, Login("ann", token, named), _answers)  # type: ignore[arg-type]
+        self.viewer = Viewer(services, sessions, ViewerLogin("ann", token, named), _answers)  # type: ignore[arg-type]
         self.requests = ViewerRequests(self.viewer)
         self.channels: dict[str, int] = {}
         self.statuses: list[str] = []

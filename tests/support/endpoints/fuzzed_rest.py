@@ -15,7 +15,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore

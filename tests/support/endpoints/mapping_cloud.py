@@ -1,6 +1,6 @@
 """Control plane of a cloud in which simulated robots make maps."""
 
-from engine.service.views import MappingRobot as Mapping
+from engine.control.views import MappingRobot as Mapping
 from ppaas.errors import Unavailable
 from ppaas.messages.slam_toolbox import (
     GetPoseGraphRequest,

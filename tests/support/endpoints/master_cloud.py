@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from engine.control.master_calls.cloud import Cloud
+from engine.control.master_driver import MasterDriver
 from engine.leadership.leadership import SoleMaster
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quotas
-from engine.service.endpoints.cloud import Cloud
-from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.start_state import READY
 from storage.memory.store import MemoryStore

@@ -8,8 +8,8 @@ from argon2 import PasswordHasher, profiles
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.services import Services
-from engine.service.views import PeopleGroupView
+from endpoints.resources.services import Services
+from engine.control.views import PeopleGroupView
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState, TrackedPerson

@@ -9,18 +9,18 @@ import msgspec
 
 from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.interfaces import EndpointTable
-from endpoints.rapyuta.robot import Identity, Robot
-from endpoints.rosbridge import Attachment, Caller, ConnectRequest
-from endpoints.services.services import Services
+from endpoints.rapyuta.robot import Identity, RapyutaRobot
+from endpoints.resources.services import Services
+from endpoints.rosbridge import Attachment, AuthenticatedClient, ConnectRequest
+from engine.links.carried_session import CarriedSession
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
-from engine.service.links.carried_session import CarriedSession
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages import decode, encode, rosapi
 from ppaas.nodes.parameter_server.tree import ParameterTree, read_value
-from ppaas.wire.rapyuta.answers import Frames
+from ppaas.wire.rapyuta.answers import AnswerFrames
 from tests.support.endpoints.still_link import StillLink
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.network.still_socket import BINARY, sent
@@ -91,7 +91,7 @@ class StillSessions:
     def __post_init__(self) -> None:
         self.link = StillLink(self.place)
 
-    async def attach(self, caller: Caller, request: ConnectRequest, access: Access) -> Attachment:
+    async def attach(self, caller: AuthenticatedClient, request: ConnectRequest, access: Access) -> Attachment:
         await asyncio.sleep(0)
         if self.refusals:
             raise self.refusals.pop(0)
@@ -117,7 +117,7 @@ class StillRobot:
     def __init__(
         self, services: Services, sessions: StillSessions, table: EndpointTable, token: str, tag: str = "tb1"
     ) -> None:
-        self.robot = Robot(tag, Identity("ann", token))
+        self.robot = RapyutaRobot(tag, Identity("ann", token))
         table.add(self.robot)
         self.executor = Executor(self.robot, table, services, sessions)  # type: ignore[arg-type]
 
@@ -146,11 +146,11 @@ class StillRobot:
 
     def received(self) -> list[dict[str, Any]]:
         """Return the messages sent to the robot since the last call, with bytes in place of references."""
-        blocks = [Frames.unpack(frame.encode(errors=BINARY)) for frame in sent(self.robot.outbox)]
+        blocks = [AnswerFrames.unpack(frame.encode(errors=BINARY)) for frame in sent(self.robot.outbox)]
         return [_with_parts(frames) for frames in blocks]
 
 
-def _with_parts(frames: Frames) -> dict[str, Any]:
+def _with_parts(frames: AnswerFrames) -> dict[str, Any]:
     parts = {part[:32].decode(): part[32:] for part in frames.parts}
     message: dict[str, Any] = msgspec.json.decode(frames.text)
 

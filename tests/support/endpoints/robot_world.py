@@ -14,12 +14,12 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from endpoints.app import create_app
+from endpoints.resources.services import Services
 from endpoints.rosbridge import SessionRegistry, serve_robot_socket
-from endpoints.services.services import Services
+from engine.control.master_driver import MasterDriver
+from engine.control.robot_sessions import RobotSessions
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
-from engine.service.master_driver import MasterDriver
-from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from tests.support.endpoints.serving import serve

@@ -2,9 +2,9 @@
 
 import msgspec
 
+from engine.links.place_link import PlaceLink
 from engine.protocols import robot_link
 from engine.protocols.session_frames import ClientOffers
-from engine.service.links.place_link import PlaceLink
 from engine.sessions.host import SessionHost
 from tests.support.endpoints.still_place import StillPlace
 

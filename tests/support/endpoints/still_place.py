@@ -9,11 +9,11 @@ import cbor2
 import msgspec
 
 from engine.links.open_calls import Outcome
+from engine.links.place_link import PlaceLink
 from engine.protocols import refusals, robot_link
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role
-from engine.service.links.place_link import PlaceLink
 from engine.sessions.place.clone import CloneListener
 from engine.sessions.place.place import Place
 from engine.sessions.session import ClientSession
@@ -79,10 +79,10 @@ class StillClone(StillStream):
         """Tell nobody by itself: the test does, by the place."""
 
     def subscribe(self, listener: CloneListener, topic: str, client: int) -> None:
-        self.write(robot_link.Subscribe(topic, client))
+        self.write(robot_link.SubscribeTopic(topic, client))
 
     def unsubscribe(self, topic: str) -> None:
-        self.write(robot_link.Unsubscribe(topic))
+        self.write(robot_link.UnsubscribeTopic(topic))
 
     def deliver(self, topic: str, payload: bytes, client: int, sequence: int) -> PPaaSError | None:
         self.write(robot_link.Deliver(topic, payload, client, sequence))

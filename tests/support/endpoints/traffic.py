@@ -8,7 +8,7 @@ from argon2 import PasswordHasher, profiles
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import MapPoint, TrafficRobot, TrafficState
 from storage.memory.maps import MemoryMapStore

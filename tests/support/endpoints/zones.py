@@ -10,7 +10,7 @@ from playwright.async_api import Page, Route
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import InvalidInput
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.generate import office

@@ -12,6 +12,6 @@ async def attach_container(gateway: ContainerGateway, spec: ContainerSpec) -> Fr
     """Attach a container to a gateway that expects no other one, and return its end of the link."""
     gateway.expect(spec, "secret")
     stream = await dial_gateway(gateway.path)
-    stream.write(machine_link.Attach(spec.id, "secret"))
+    stream.write(machine_link.AttachContainer(spec.id, "secret"))
     await until(lambda: gateway.awaited == 0)
     return stream

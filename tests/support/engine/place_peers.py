@@ -4,9 +4,9 @@ import asyncio
 import socket
 from typing import Any
 
+from engine.links.place_link import PlaceLink
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 from tests.support.waiting import patience
 

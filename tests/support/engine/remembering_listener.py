@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from engine.service.master_driver import CloudListener
+from engine.control.master_driver import CloudListener
 
 
 class RememberingListener(CloudListener):

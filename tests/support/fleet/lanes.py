@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ppaas.fleet.lane_drawing import Line
+from ppaas.fleet.lane_drawing import DrawnLane
 from ppaas.fleet.lane_roadmap import LaneRoadmap, lane_roadmap
 from ppaas.fleet.robot_sizes import RobotSizes
 from ppaas.geometry import Pose2D
@@ -21,21 +21,21 @@ OPEN = np.full(INFO.shape, 100.0, np.float32)
 """Distances to obstacles, of which there are none [m]."""
 
 
-def line(*points: Sequence[float], name: str = "", one_way: bool = False) -> Line:
+def line(*points: Sequence[float], name: str = "", one_way: bool = False) -> DrawnLane:
     """Return a lane through some points; without a name it is called by its first point."""
-    return Line(name or f"{points[0]}", np.array(points, np.float64), one_way)
+    return DrawnLane(name or f"{points[0]}", np.array(points, np.float64), one_way)
 
 
-def ring(x: float, y: float, radius: float, points: int = 60, *, one_way: bool = False) -> Line:
+def ring(x: float, y: float, radius: float, points: int = 60, *, one_way: bool = False) -> DrawnLane:
     """Return a lane along a circle."""
     angles = np.linspace(0.0, 2.0 * np.pi, points)
-    return Line("ring", np.array([x, y]) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), one_way)
+    return DrawnLane("ring", np.array([x, y]) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), one_way)
 
 
 SIZES = RobotSizes(RADIUS, MARGIN)
 
 
-def hall(*lines: Line) -> LaneRoadmap:
+def hall(*lines: DrawnLane) -> LaneRoadmap:
     """Return the cells along lanes in a hall without walls."""
     return lane_roadmap(lines, OPEN, INFO, SIZES)
 

@@ -7,9 +7,9 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.recording.batches import About, Entry
+from ppaas.recording.batches import About, BatchedMessage
 from ppaas.recording.reader import McapReader
-from ppaas.recording.reader import Message as McapMessage
+from ppaas.recording.reader import RecordedMessage as McapMessage
 from ppaas.recording.writer import McapFile, encoded
 
 SECOND = 10**9
@@ -35,18 +35,18 @@ def twist(speed: float = 0.5) -> Twist:
 
 def entry(
     topic: str, message: Message, number: int = 0, *, up: bool = True, latched: bool = False, kept: bool = False
-) -> Entry:
+) -> BatchedMessage:
     """Return a message that arrived a number of seconds after `START`."""
     at = START + number * SECOND
-    return Entry(topic, type_name(message), up, latched, kept or latched, at, at, encode(message))
+    return BatchedMessage(topic, type_name(message), up, latched, kept or latched, at, at, encode(message))
 
 
-def text(topic: str, content: str, number: int = 0, *, latched: bool = True) -> Entry:
+def text(topic: str, content: str, number: int = 0, *, latched: bool = True) -> BatchedMessage:
     """Return a text on a topic."""
     return entry(topic, String(content), number, latched=latched, up=False)
 
 
-def mcap(*entries: Entry, finish: bool = True) -> bytes:
+def mcap(*entries: BatchedMessage, finish: bool = True) -> bytes:
     """Return a file with messages; without its end if it is not finished."""
     stream = BytesIO()
     file = McapFile(stream, ABOUT)

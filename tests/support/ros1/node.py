@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, BinaryIO
 from xmlrpc.server import SimpleXMLRPCServer
 
-from benchmarks.bridge.master_stand_in import Server
+from benchmarks.bridge.master_stand_in import ThreadedServer
 from ppaas.wire.ros import ros_types
 
 TYPES = ros_types("noetic", ros2_times=True)
@@ -63,7 +63,7 @@ class Node:
         self._lock = threading.Lock()
         self._sockets: list[socket.socket] = []
         self._data = socket.create_server(("127.0.0.1", 0))
-        self._server: SimpleXMLRPCServer = Server(("127.0.0.1", 0), logRequests=False)
+        self._server: SimpleXMLRPCServer = ThreadedServer(("127.0.0.1", 0), logRequests=False)
         self.uri = f"http://127.0.0.1:{self._server.server_address[1]}/"
         port = self._data.getsockname()[1]
         self._server.register_function(lambda *_: [1, "ready", ["TCPROS", "127.0.0.1", port]], "requestTopic")

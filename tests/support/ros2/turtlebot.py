@@ -8,7 +8,7 @@ from ppaas.clock import monotonic
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Twist
-from robots.sim.driver import Schedule
+from robots.sim.driver import FixedRate
 from robots.sim.robot import SimulatedRobot
 from tests.support.ros2.zenoh_peer import LATCHED, SENSOR, Peer
 
@@ -44,7 +44,7 @@ class Turtlebot:
             "transform": {"rotation": {"w": 1.0}},
         }
         self._static({"transforms": [mounted]})
-        odom, scan = Schedule(20.0, monotonic()), Schedule(10.0, monotonic())
+        odom, scan = FixedRate(20.0, monotonic()), FixedRate(10.0, monotonic())
         while True:
             if odom.take(monotonic()):
                 odometry = as_dict(self._robot.odometry())

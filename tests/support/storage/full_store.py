@@ -4,7 +4,7 @@ import numpy as np
 
 from ppaas.geometry import poses_along
 from ppaas.people.names import coordinator_checkpoint
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.tasks.records import Task
 from ppaas.traffic.taking_part import traffic_checkpoint
@@ -16,7 +16,7 @@ from tests.support.storage.records import clone, house, pgm, plan, put_map, robo
 USERS = ("ann", "bob", "carl")
 KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "people", "counts", "tasks", "plans", "history", "links")
 
-ZONE = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+ZONE = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 ZONES = ("", "door")
 
 

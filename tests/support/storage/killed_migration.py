@@ -5,7 +5,7 @@ import signal
 import sys
 from typing import Any
 
-from storage.migration.copying import RecordKind, copy
+from storage.migration.copying import StoredKind, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
 from storage.urls.opening import open_map_store, open_store
@@ -42,7 +42,7 @@ def main() -> None:
     source, target, left = sys.argv[1], sys.argv[2], int(sys.argv[3])
     is_map_store = target.partition(":")[0] in MAP_STORES
     opened: Any = open_map_store if is_map_store else open_store
-    kinds: tuple[RecordKind[Any], ...] = MAP_KINDS if is_map_store else KINDS
+    kinds: tuple[StoredKind[Any], ...] = MAP_KINDS if is_map_store else KINDS
     stores = opened(source), Fatal(opened(target), left)
     for kind in kinds:
         for _ in copy(kind, *stores):

@@ -11,11 +11,11 @@ from storage.ports import MapStore
 from storage.records import (
     CloneCheckpoint,
     ConfirmedPlaces,
-    MapChange,
     MapFile,
     MapRecord,
     MapReview,
     PlanRecord,
+    ProposedChange,
     Publication,
     RobotRecord,
     Token,
@@ -111,7 +111,7 @@ def propose(
     """Propose a version of a map, made from its current version by default."""
     told = {"author": given.owner, "created": given.created, "owner": given.owner} | said
     places = ConfirmedPlaces("tb1", left=((1.25, -0.5),))
-    change = MapChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
+    change = ProposedChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
     with store.stage() as upload:
         for part, data in given.files.items():
             upload.add(part, [data])

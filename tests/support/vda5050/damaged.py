@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import BODIES, encode
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from tests.support.vda5050.messages import MESSAGES
 
 TOPICS_2 = (*topics.FROM_AGV, *topics.TO_AGV)
@@ -19,7 +19,7 @@ HERE = [(version, topic) for version, topic in product(Version, BODIES) if versi
 
 def payload_of(version: Version, topic: str) -> bytes:
     """Return a message of a topic with all that it may have."""
-    counter = HeaderCounter(version, Address.of(version, "ppaas", "tb1"))
+    counter = HeaderCounter(version, AgvAddress.of(version, "ppaas", "tb1"))
     return encode(topic, counter.next(topic, 1_790_000_000.125), MESSAGES[topic], version)
 
 

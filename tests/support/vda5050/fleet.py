@@ -6,7 +6,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode, encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.fleet import Fleet
@@ -25,7 +25,7 @@ class FleetWithAgv:
     fleet : Fleet
     robot : AgvRobot
     agv : SimpleAgv
-    address : Address
+    address : AgvAddress
     clock : float
         Time by which the AGV's clock is ahead [s].
     """
@@ -33,7 +33,7 @@ class FleetWithAgv:
     def __init__(self, version: Version = Version.V2_1, **options: object) -> None:
         self.version = version
         self.fleet = Fleet(NOWHERE, "token", Broker("127.0.0.1", 9), FleetOptions(**options))  # type: ignore[arg-type]
-        self.address = Address.of(version, "acme", "fork-7")
+        self.address = AgvAddress.of(version, "acme", "fork-7")
         self.agv = SimpleAgv(Pose2D(0.0, 0.0))
         self.clock = 0.0
         self.header_ids(0)

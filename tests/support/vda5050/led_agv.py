@@ -9,16 +9,16 @@ from ppaas.wire.vda5050.master.instructions import (
     SendActions,
     SendOrder,
 )
-from ppaas.wire.vda5050.master.master_control import MasterControl, Path
+from ppaas.wire.vda5050.master.master_control import AgvPath, MasterControl
 from ppaas.wire.vda5050.master.route import route_of
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.states import State
 from tests.support.vda5050.simple_agv import SimpleAgv
 
 
-def path(name: str, *places: tuple[float, float], theta: float = 0.0) -> Path:
+def path(name: str, *places: tuple[float, float], theta: float = 0.0) -> AgvPath:
     """Return a path through places."""
-    return Path(name, route_of([Pose2D(x, y, theta) for x, y in places]))
+    return AgvPath(name, route_of([Pose2D(x, y, theta) for x, y in places]))
 
 
 class LedAgv:
@@ -70,7 +70,7 @@ class LedAgv:
         """Let the AGV publish its state, or another one."""
         self.do(self.control.take_state(state or self.agv.state(), self.now))
 
-    def follow(self, one: Path) -> None:
+    def follow(self, one: AgvPath) -> None:
         """Give the AGV a path."""
         self.do(self.control.follow(one, self.now))
 

@@ -14,7 +14,7 @@ from ppaas.wire.vda5050.codec import decode, encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import Action, ActionParameter, Edge, InstantActions, Node, NodePosition, Order
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from tests.support.vda5050.mosquitto import Mosquitto
 from tests.support.vda5050.schemas import problems
 
@@ -24,7 +24,7 @@ class Master:
 
     def __init__(self, client: Client, version: Version, serial: str) -> None:
         self._client, self._version = client, version
-        self._address = Address.of(version, "ppaas", serial)
+        self._address = AgvAddress.of(version, "ppaas", serial)
         self._headers = HeaderCounter(version, self._address)
         self.heard: dict[str, list[Any]] = {name: [] for name in topics.FROM_AGV}
         self.problems: list[str] = []

@@ -9,7 +9,7 @@ from ppaas.clock import ManualClock
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations, PlaceFacts, TopicFacts
 from ppaas.diagnosis.observations.place import WatchedRobot
-from ppaas.diagnosis.observations.topic_table import Traffic
+from ppaas.diagnosis.observations.topic_table import TrafficCounter
 from ppaas.diagnosis.rules.finding import Finding
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -77,7 +77,7 @@ class DiagnosedRobot:
     def __init__(self, robot: WatchedRobot | None = None) -> None:
         self.clock = ManualClock()
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: EPOCH + self.clock())
-        self.traffic = Traffic()
+        self.traffic = TrafficCounter()
         body = robot_model("turtlebot3_burger")
         self.graph.add(lambda context: StatePublisherNode(context, body, StatePublisherParameters("")))
         self.graph.add(OtherTopics)

@@ -5,7 +5,7 @@ import numpy as np
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.navigation.events import ControlTick, Goal, GoalReceived, PlanFailed, PlanSucceeded
-from ppaas.navigation.move_base import MoveBase, RequestPlan, State
+from ppaas.navigation.move_base import GoalPhase, MoveBase, RequestPlan
 from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors
 
 HERE = Pose2D(0.0, 0.0, 0.0)
@@ -59,7 +59,7 @@ class Driver:
             self.tick()
             if self.of(RequestPlan):
                 self.fail_plan()
-            if self.machine.state is State.CLEARING or self.machine.goals.active is None:
+            if self.machine.state is GoalPhase.CLEARING or self.machine.goals.active is None:
                 return
         raise AssertionError("no recovery began")
 

@@ -10,7 +10,7 @@ from argon2 import PasswordHasher, profiles
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.services import RequestLimits, Services
+from endpoints.resources.services import RequestLimits, Services
 from ppaas.clock import ManualClock
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore

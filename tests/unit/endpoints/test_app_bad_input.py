@@ -11,7 +11,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import TokenCache
 from endpoints.app import PREFIX, create_app
-from endpoints.services.services import RequestLimits, Services
+from endpoints.resources.services import RequestLimits, Services
 from ppaas.errors import Unavailable
 from storage import staged_uploads
 from storage.ports import Store

@@ -13,9 +13,9 @@ import pytest
 from fastapi.routing import APIRoute
 
 from endpoints.app import PREFIX, RESOURCES, description
+from endpoints.resources.services import RequestLimits
 from endpoints.rest.dependencies import any_user
 from endpoints.rest.strict_json import StrictRoute, _depends_on
-from endpoints.services.services import RequestLimits
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish
 

@@ -7,7 +7,7 @@ import httpx
 import msgspec
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits
 from tests.support.endpoints.fake_cloud import FakeCloud, container

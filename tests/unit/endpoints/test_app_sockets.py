@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from endpoints.app import create_app
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.serving import serve
 from tests.support.waiting import PATIENCE

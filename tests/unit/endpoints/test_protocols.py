@@ -10,8 +10,8 @@ from endpoints.protocols import MAX_FRAME, PROTOCOLS
 
 LOADED_IF_ASKED = {"ray", "endpoints.rapyuta", "ppaas.wire.rapyuta", "endpoints.foxglove"}
 PROCESSES = (
-    "endpoints.processes.server",
-    "endpoints.processes.endpoint_process",
+    "endpoints.cloud_processes.server",
+    "endpoints.cloud_processes.endpoint_process",
     "engine.agent.agent",
     "engine.container.entry",
 )

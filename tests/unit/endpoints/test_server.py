@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import machine_join, up
-from endpoints.processes import serving
-from endpoints.processes.config import front_config
-from endpoints.processes.keeper import COMMAND
-from endpoints.processes.leading import take_the_lead
-from endpoints.processes.server import admin_password, cloud_config
+from endpoints.cloud_processes import serving
+from endpoints.cloud_processes.config import front_config
+from endpoints.cloud_processes.keeper import COMMAND
+from endpoints.cloud_processes.leading import take_the_lead
+from endpoints.cloud_processes.server import admin_password, cloud_config
 from engine.agent import main as agent_main
 from engine.fabric import router
 from engine.local.kept_process import SpareProcesses

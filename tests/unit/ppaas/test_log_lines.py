@@ -60,8 +60,8 @@ def test_text_that_can_be_printed_is_unchanged() -> None:
 
 PROCESSES = [
     "engine/agent/agent.py", "engine/container/entry.py", "engine/recorder/main.py", "engine/remote/agent.py",
-    "engine/remote/ray/agent.py", "engine/remote/ray/watcher.py", "endpoints/processes/server.py",
-    "endpoints/processes/serving.py", "endpoints/robot_checks/check_program.py", "robots/bridges/cli/running.py",
+    "engine/remote/ray/agent.py", "engine/remote/ray/watcher.py", "endpoints/cloud_processes/server.py",
+    "endpoints/cloud_processes/serving.py", "endpoints/robot_checks/check_program.py", "robots/bridges/cli/running.py",
     "robots/bridges/cli/vda5050.py", "robots/cli/commands/demo.py", "robots/cli/commands/simulate.py",
     "robots/onboard/executor/local_executor.py",
 ]  # fmt: skip

@@ -45,7 +45,7 @@ class RankedEdges:
 
 
 @dataclass(frozen=True, slots=True)
-class Trees:
+class ShortestPathTrees:
     """Shortest-path trees, one per row: parent, subtree size, first child, and next sibling of each node."""
 
     parents: Integers
@@ -65,7 +65,7 @@ def edges_of(contracted: ContractedGraph, nodes: Integers, ranks: Integers) -> R
     return RankedEdges(starts, to, lengths, ids)
 
 
-def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
+def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Callable[[], None]) -> ShortestPathTrees:
     """Return the shortest-path tree of each root."""
     nodes, rows, slots = len(edges.starts) - 1, len(roots), max(1, threads)
     states = np.zeros((slots, STATE), np.int64)
@@ -73,7 +73,7 @@ def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Call
     lengths, settled = np.empty((2, slots, nodes), np.int32)
     buckets = np.full((slots, buckets_for(int(edges.lengths.max(initial=0)))), -1, np.int32)
     entries = np.empty((slots, len(edges.to) + 1, ENTRY), np.int64)
-    trees = Trees(*np.empty((4, rows, nodes), np.int32))
+    trees = ShortestPathTrees(*np.empty((4, rows, nodes), np.int32))
     while (states[:, TREE] < rows).any():
         check()
         grow(

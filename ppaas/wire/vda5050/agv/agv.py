@@ -21,16 +21,16 @@ from ppaas.wire.vda5050.agv.action_book import ActionBook, InstantBook
 from ppaas.wire.vda5050.agv.commands import (
     Command,
     Drive,
+    DriveResult,
     Execute,
     LimitSpeed,
     Localize,
-    Outcome,
     RobotPose,
     SendFactsheet,
     Stop,
     UseZones,
 )
-from ppaas.wire.vda5050.agv.faults import Refusal, fault, order_ids
+from ppaas.wire.vda5050.agv.faults import OrderRefused, fault, order_ids
 from ppaas.wire.vda5050.agv.order_check import check_order
 from ppaas.wire.vda5050.agv.zone_book import ZoneBook
 from ppaas.wire.vda5050.orders import Action, Edge, InstantActions, Node, NodePosition, Order
@@ -41,7 +41,7 @@ from ppaas.wire.vda5050.zones import ZoneSet
 # -- drive of an AGV from node to node ---------------------------------------------------------------------------------
 
 
-class Driver:
+class NodeDriver:
     """Keeps the node to which the robot was ordered to drive, and the end of that drive.
 
     Parameters
@@ -89,12 +89,12 @@ class Driver:
             self._speed = speed
             self._command(LimitSpeed(speed))
 
-    def ended(self, number: int, outcome: Outcome, reason: str, references: Mapping[str, str]) -> bool:
+    def ended(self, number: int, outcome: DriveResult, reason: str, references: Mapping[str, str]) -> bool:
         """Note the end of a drive; return whether it is the current one, as those that were replaced are not."""
         if number != self._number or not self.driving:
             return False
         self.driving = False
-        if outcome is Outcome.FAILED:
+        if outcome is DriveResult.FAILED:
             text = reason or "the node was not reached"
             self.error = fault(faults.NODE_UNREACHABLE, "CRITICAL", text, references)
         return True
@@ -178,13 +178,13 @@ class OrderBook:
         """
         ids = order_ids(order.order_id, order.order_update_id)
         if not idle or self.nodes:
-            raise Refusal(
+            raise OrderRefused(
                 faults.OTHER_ORDER_ACTIVE, f"order {self.order_id!r} is active: cancel it, or wait for its end", ids
             )
         first = order.nodes[0]
         if first.node_position is None:
             if first.node_id != self.last_node:
-                raise Refusal(
+                raise OrderRefused(
                     faults.UNSUPPORTED_PARAMETER,
                     f"the first node {first.node_id!r} has no nodePosition",
                     ids,
@@ -192,7 +192,7 @@ class OrderBook:
                 )
         elif not is_near(pose, first.node_position):
             away = pose.distance(first.node_position.x, first.node_position.y)
-            raise Refusal(
+            raise OrderRefused(
                 faults.START_NODE_OUT_OF_RANGE,
                 f"the first node {first.node_id!r} is {away:.2f} m away: begin with the node at which the robot stands",
                 {**ids, "nodeId": first.node_id},
@@ -209,19 +209,21 @@ class OrderBook:
         """
         ids = order_ids(order.order_id, order.order_update_id)
         if order.order_update_id == self.update_id:
-            raise Refusal(
+            raise OrderRefused(
                 faults.SAME_ORDER_UPDATE_ID, f"orderUpdateId {self.update_id} was used for another update", ids
             )
         if order.order_update_id < self.update_id:
-            raise Refusal(
+            raise OrderRefused(
                 faults.OUTDATED_ORDER_UPDATE, f"the robot has update {self.update_id} of this order already", ids
             )
         if self.cancelled:
-            raise Refusal(faults.ORDER_UPDATE_FOLLOWING_CANCEL, "the order was cancelled: send another orderId", ids)
+            raise OrderRefused(
+                faults.ORDER_UPDATE_FOLLOWING_CANCEL, "the order was cancelled: send another orderId", ids
+            )
         first = order.nodes[0]
         if (first.node_id, first.sequence_id) != self._decision:
             node, sequence = self._decision
-            raise Refusal(
+            raise OrderRefused(
                 faults.VALIDATION_FAILURE,
                 f"an update begins at the end of the base, node {node!r} with sequenceId {sequence}, "
                 f"not at {first.node_id!r} with {first.sequence_id}",
@@ -352,7 +354,7 @@ class Agv:
         self._executing: dict[str, Action] = {}
         self._enabling: Action | None = None
         self._commands: list[Command] = []
-        self._driver = Driver(self._commands.append)
+        self._driver = NodeDriver(self._commands.append)
         self._changed = True
         self._instant: dict[str, Callable[[Action], None]] = {
             action_book.START_PAUSE: self._start_pause,
@@ -411,7 +413,7 @@ class Agv:
             return
         try:
             self._accept(order)
-        except Refusal as refusal:
+        except OrderRefused as refusal:
             self._order_errors.append(refusal.error)
         else:
             self._order_errors.clear()
@@ -434,9 +436,9 @@ class Agv:
         ids = order_ids(order.order_id, order.order_update_id)
         if not self.connected or self.pose is None:
             text = f"the robot is not connected, or not localized{': ' if self.why_lost else ''}{self.why_lost}"
-            raise Refusal(faults.MOBILE_ROBOT_NOT_AVAILABLE, text, ids)
+            raise OrderRefused(faults.MOBILE_ROBOT_NOT_AVAILABLE, text, ids)
         if order.order_update_id and self._strict:
-            raise Refusal(faults.VALIDATION_FAILURE, "the orderUpdateId of a new order is 0", ids)
+            raise OrderRefused(faults.VALIDATION_FAILURE, "the orderUpdateId of a new order is 0", ids)
         self.orders.begin(order, self.pose, idle=self.idle and not self._cancelling)
         self._entered = 0
         self.actions.begin([*order.nodes, *order.edges])
@@ -460,14 +462,14 @@ class Agv:
         if moving != self.moving:
             self.moving, self._changed = moving, True
 
-    def drive_ended(self, number: int, outcome: Outcome, reason: str = "") -> None:
+    def drive_ended(self, number: int, outcome: DriveResult, reason: str = "") -> None:
         """Note the end of a drive; those that were replaced are ignored."""
         target = self.orders.target
         node = {"nodeId": target.node_id} if target is not None else {}
         if not self._driver.ended(number, outcome, reason, {**self._order_ids(), **node}):
             return
         self._changed = True
-        if outcome is Outcome.REACHED:
+        if outcome is DriveResult.REACHED:
             self.moving = False
             self._reach()
 
@@ -564,7 +566,7 @@ class Agv:
             else:
                 known = "the factsheet lists those that it has"
                 raise _invalid(action, f"the robot has no instant action {action.action_type!r}; {known}")
-        except Refusal as refusal:
+        except OrderRefused as refusal:
             self.instants.set(action, "FAILED", str(refusal))
             self._instant_errors.append(refusal.error)
         else:
@@ -588,7 +590,7 @@ class Agv:
     def _cancel_order(self, action: Action) -> None:
         wanted = action.parameter("orderId")
         if self.idle or wanted not in (None, self.orders.order_id):
-            raise Refusal(
+            raise OrderRefused(
                 faults.NO_ORDER_TO_CANCEL,
                 "no order is active" if self.idle else f"order {self.orders.order_id!r} is active, not {wanted!r}",
                 {"actionId": action.action_id},
@@ -640,7 +642,7 @@ class Agv:
         """Keep a set of zones, or report why it is refused."""
         try:
             self.zones.add(message.zone_set)
-        except Refusal as refusal:
+        except OrderRefused as refusal:
             self._instant_errors.append(refusal.error)
         self._changed = True
 
@@ -657,5 +659,5 @@ class Agv:
         self.instants.set(action, "FINISHED")
 
 
-def _invalid(action: Action, text: str) -> Refusal:
-    return Refusal(faults.INVALID_INSTANT_ACTION, text, {"actionId": action.action_id})
+def _invalid(action: Action, text: str) -> OrderRefused:
+    return OrderRefused(faults.INVALID_INSTANT_ACTION, text, {"actionId": action.action_id})

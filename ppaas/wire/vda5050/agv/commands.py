@@ -60,7 +60,7 @@ class UseZones:
 Command = Drive | Stop | LimitSpeed | Localize | Execute | SendFactsheet | UseZones
 
 
-class Outcome(Enum):
+class DriveResult(Enum):
     """End of a drive."""
 
     REACHED = "reached"

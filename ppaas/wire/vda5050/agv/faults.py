@@ -29,7 +29,7 @@ MAX_TEXT = 500
 """Largest length of a description [characters]."""
 
 
-class Refusal(Exception):
+class OrderRefused(Exception):
     """An order, an action or a set of zones is refused.
 
     Parameters

@@ -5,7 +5,7 @@ from collections.abc import Container, Mapping
 from itertools import pairwise
 
 from ppaas.wire.vda5050.agv import faults
-from ppaas.wire.vda5050.agv.faults import Refusal, order_ids
+from ppaas.wire.vda5050.agv.faults import OrderRefused, order_ids
 from ppaas.wire.vda5050.orders import Action, Edge, Node, Order
 
 MAX_NODES = 1000
@@ -35,7 +35,7 @@ def check_order(order: Order, actions: Container[str], map_id: str) -> None:
     _check_actions(order, actions, ids)
     for node in order.nodes[1:]:
         if node.node_position is None:
-            raise Refusal(
+            raise OrderRefused(
                 faults.UNSUPPORTED_PARAMETER,
                 f"node {node.node_id!r} has no nodePosition: send it for all nodes",
                 {**ids, "nodeId": node.node_id},
@@ -43,7 +43,7 @@ def check_order(order: Order, actions: Container[str], map_id: str) -> None:
             )
     for node in order.nodes:
         if node.node_position is not None and node.node_position.map_id != map_id:
-            raise Refusal(
+            raise OrderRefused(
                 faults.UNKNOWN_MAP_ID,
                 f"node {node.node_id!r} is on map {node.node_position.map_id!r}; the robot is on {map_id!r}",
                 {**ids, "nodeId": node.node_id},
@@ -55,10 +55,10 @@ def check_order(order: Order, actions: Container[str], map_id: str) -> None:
 def _check_graph(order: Order, ids: Mapping[str, str]) -> None:
     problem = _size_problem(order) or _sequence_problem(order)
     if problem:
-        raise Refusal(faults.VALIDATION_FAILURE, problem, ids)
+        raise OrderRefused(faults.VALIDATION_FAILURE, problem, ids)
     for before, edge, after in zip(order.nodes, order.edges, order.nodes[1:], strict=False):
         if edge.start_node_id not in (None, before.node_id) or edge.end_node_id not in (None, after.node_id):
-            raise Refusal(
+            raise OrderRefused(
                 faults.VALIDATION_FAILURE,
                 f"edge {edge.edge_id!r} joins {before.node_id!r} and {after.node_id!r} by its sequenceId, "
                 f"but {edge.start_node_id!r} and {edge.end_node_id!r} by its ids",
@@ -104,12 +104,12 @@ def _in_turn(order: Order) -> list[Node | Edge]:
 def _check_actions(order: Order, actions: Container[str], ids: Mapping[str, str]) -> None:
     wanted: list[Action] = [action for step in _in_turn(order) for action in step.actions]
     if len(wanted) > MAX_ACTIONS:
-        raise Refusal(faults.VALIDATION_FAILURE, f"an order has at most {MAX_ACTIONS} actions", ids)
+        raise OrderRefused(faults.VALIDATION_FAILURE, f"an order has at most {MAX_ACTIONS} actions", ids)
     if len({action.action_id for action in wanted}) != len(wanted):
-        raise Refusal(faults.VALIDATION_FAILURE, "two actions have the same actionId", ids)
+        raise OrderRefused(faults.VALIDATION_FAILURE, "two actions have the same actionId", ids)
     for action in wanted:
         if action.action_type not in actions:
-            raise Refusal(
+            raise OrderRefused(
                 faults.INVALID_ORDER_ACTION,
                 f"the robot has no action {action.action_type!r}; the factsheet lists those that it has",
                 {**ids, "actionId": action.action_id},
@@ -125,14 +125,14 @@ def _check_edge(edge: Edge, ids: Mapping[str, str]) -> None:
     }
     for name, value in demanded.items():
         if value is not None:
-            raise Refusal(
+            raise OrderRefused(
                 faults.UNSUPPORTED_PARAMETER,
                 f"edge {edge.edge_id!r} has {name!r}: the robot plans its own path and heading between nodes",
                 {**ids, "edgeId": edge.edge_id},
                 "CRITICAL",
             )
     if edge.maximum_speed is not None and not (math.isfinite(edge.maximum_speed) and edge.maximum_speed > 0):
-        raise Refusal(
+        raise OrderRefused(
             faults.VALIDATION_FAILURE,
             f"the speed of edge {edge.edge_id!r} is not above 0",
             {**ids, "edgeId": edge.edge_id},

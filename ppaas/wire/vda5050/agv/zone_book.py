@@ -1,7 +1,7 @@
 """Sets of zones of an AGV, in 3.0: which it has, and which it uses."""
 
 from ppaas.wire.vda5050.agv import faults
-from ppaas.wire.vda5050.agv.faults import Refusal
+from ppaas.wire.vda5050.agv.faults import OrderRefused
 from ppaas.wire.vda5050.states import ZoneSetState
 from ppaas.wire.vda5050.zones import Zone, Zones
 from ppaas.zones.validity import outline_fault
@@ -52,16 +52,18 @@ class ZoneBook:
         """
         ids = {"zoneSetId": zones.zone_set_id}
         if zones.map_id != self._map_id:
-            raise Refusal(faults.UNKNOWN_MAP_ID, f"zones are on map {zones.map_id!r}, not {self._map_id!r}", ids)
+            raise OrderRefused(faults.UNKNOWN_MAP_ID, f"zones are on map {zones.map_id!r}, not {self._map_id!r}", ids)
         if zones.zone_set_id in self._sets:
             if zones == self._sets[zones.zone_set_id]:
                 return
-            raise Refusal(faults.DUPLICATE_ZONE_SET, f"zone set {zones.zone_set_id!r} is there: delete it before", ids)
+            raise OrderRefused(
+                faults.DUPLICATE_ZONE_SET, f"zone set {zones.zone_set_id!r} is there: delete it before", ids
+            )
         problem = _problem(zones, self._supported)
         if not problem and len(self._sets) >= MAX_SETS:
             problem = f"the robot has {MAX_SETS} zone sets: delete one"
         if problem:
-            raise Refusal(faults.INVALID_ZONE_SET, problem, ids)
+            raise OrderRefused(faults.INVALID_ZONE_SET, problem, ids)
         self._sets[zones.zone_set_id] = zones
 
     def get(self, zone_set_id: str) -> Zones:
@@ -76,7 +78,7 @@ class ZoneBook:
             return self._sets[zone_set_id]
         except KeyError:
             text = f"there is no zone set {zone_set_id!r}; known: {', '.join(self._sets) or 'none'}"
-            raise Refusal(faults.INVALID_ZONE_SET, text, {"zoneSetId": zone_set_id[: faults.MAX_TEXT]}) from None
+            raise OrderRefused(faults.INVALID_ZONE_SET, text, {"zoneSetId": zone_set_id[: faults.MAX_TEXT]}) from None
 
     def remove(self, zone_set_id: str) -> None:
         """Forget a set that is not in use.
@@ -88,7 +90,7 @@ class ZoneBook:
         """
         self.get(zone_set_id)
         if self.enabled == zone_set_id:
-            raise Refusal(
+            raise OrderRefused(
                 faults.INVALID_ZONE_SET,
                 f"zone set {zone_set_id!r} is in use: enable another one before",
                 {"zoneSetId": zone_set_id},

@@ -3,7 +3,7 @@
 from enum import Enum
 
 from ppaas.errors import MalformedMessage
-from ppaas.wire.vda5050.headers import Header, seconds_of
+from ppaas.wire.vda5050.headers import MessageHeader, seconds_of
 
 RUN = 5
 """Number of late messages in order, with none in between that counts, that only an AGV that was restarted sends."""
@@ -12,7 +12,7 @@ OVERTAKEN = 10
 """Number of ids up to which a single late message may have been overtaken by others on its way."""
 
 
-class Arrival(Enum):
+class HeaderOrder(Enum):
     """Place of a message among those before."""
 
     NEXT = "next"
@@ -25,11 +25,11 @@ class HeaderWatch:
     """Watches the headers of one topic of one AGV, from the beginning of its connection on."""
 
     def __init__(self) -> None:
-        self._last: Header | None = None
-        self._late: Header | None = None
+        self._last: MessageHeader | None = None
+        self._late: MessageHeader | None = None
         self._run = 0
 
-    def take(self, header: Header) -> Arrival:
+    def take(self, header: MessageHeader) -> HeaderOrder:
         """Return the place of a message by its header.
 
         An id that goes back is of an AGV that was restarted if its time is later, or if ids count up from there: the
@@ -37,16 +37,16 @@ class HeaderWatch:
         """
         last = self._last
         if last is None or header.header_id > last.header_id:
-            return self._go_on(header, Arrival.NEXT)
+            return self._go_on(header, HeaderOrder.NEXT)
         if header == last:
-            return Arrival.REPEATED
+            return HeaderOrder.REPEATED
         if is_later(header, last):
-            return self._go_on(header, Arrival.RESTARTED)
+            return self._go_on(header, HeaderOrder.RESTARTED)
         if header.header_id == last.header_id:
-            return Arrival.REPEATED
+            return HeaderOrder.REPEATED
         before, self._late = self._late, header
         self._run = self._run + 1 if before is not None and header.header_id > before.header_id else 1
-        return self._go_on(header, Arrival.RESTARTED) if self._run >= RUN else Arrival.LATE
+        return self._go_on(header, HeaderOrder.RESTARTED) if self._run >= RUN else HeaderOrder.LATE
 
     @property
     def is_behind(self) -> bool:
@@ -55,12 +55,12 @@ class HeaderWatch:
             return False
         return self._run > 1 or self._last.header_id - self._late.header_id > OVERTAKEN
 
-    def _go_on(self, header: Header, arrival: Arrival) -> Arrival:
+    def _go_on(self, header: MessageHeader, arrival: HeaderOrder) -> HeaderOrder:
         self._last, self._late, self._run = header, None, 0
         return arrival
 
 
-def is_later(header: Header, other: Header) -> bool:
+def is_later(header: MessageHeader, other: MessageHeader) -> bool:
     """Return whether a header has a later time than another; false if one of them has none that can be read."""
     try:
         return seconds_of(header.timestamp) > seconds_of(other.timestamp)

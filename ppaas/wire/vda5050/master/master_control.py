@@ -262,7 +262,7 @@ NEAR = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class AgvPath:
     """Path that the AGV is to follow: its id and its route."""
 
     id: str
@@ -292,7 +292,7 @@ class MasterControl:
         self.connection: ConnectionState | None = None
         self.left_out = ""
         self._is_renewed = False
-        self._wanted: Path | None = None
+        self._wanted: AgvPath | None = None
         self._order: OrderPlan | None = None
         self._cancelling = Cancelling()
         self._sent_at = 0.0
@@ -324,7 +324,7 @@ class MasterControl:
 
     # -- events --------------------------------------------------------------------------------------------------------
 
-    def follow(self, path: Path, now: float) -> list[Instruction]:
+    def follow(self, path: AgvPath, now: float) -> list[Instruction]:
         """Take a path in place of the one before; one with the same id is the same path, sent again."""
         self._out = []
         self._confirm_by, self._knows_path = math.inf, True
@@ -489,7 +489,7 @@ class MasterControl:
         elif position is not None and position.localized and not standing(state):
             self._start(wanted, state, now)
 
-    def _start(self, wanted: Path, state: State, now: float) -> None:
+    def _start(self, wanted: AgvPath, state: State, now: float) -> None:
         position = state.mobile_robot_position
         assert position is not None
         route = wanted.route.after(position.x, position.y, self.settings.start_distance)
@@ -519,7 +519,7 @@ class MasterControl:
         self._sent_at = now
         self._out.append(SendOrder(order.newest))
 
-    def _switch(self, order: OrderPlan, wanted: Path, state: State, now: float) -> None:
+    def _switch(self, order: OrderPlan, wanted: AgvPath, state: State, now: float) -> None:
         """Follow another path: by the order that leads there already, by an update of it, or by another order."""
         base_end = order.node(order.released)
         position = state.mobile_robot_position

@@ -15,9 +15,9 @@ from benchmarks.chaos.faults import (
     deck,
     pauses,
 )
-from engine.leadership.candidate import Timing
+from engine.leadership.candidate import LeaseTiming
 
-TIMING = Timing()
+TIMING = LeaseTiming()
 
 
 def first(count: int, seed: int, machines: int, **has: bool) -> list[FaultKind]:

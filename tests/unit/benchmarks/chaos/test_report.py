@@ -9,7 +9,7 @@ from benchmarks.chaos.report import (
     NO_FAULT,
     SEVERAL,
     ChaosReport,
-    Silence,
+    ServiceGap,
     Stray,
     log_of,
     longest_by_fault,
@@ -27,7 +27,7 @@ def report(*wrong: str) -> ChaosReport:
         paths={"path": 7},
         commands=1000, sessions=2, cloud_starts=1, take_overs=1,
         log=[InjectedFault("container, killed", 3.0, "m2", 77)],
-        silences=[Silence("r", 3.0, 4.0, ["container, killed"])], wrong=list(wrong),
+        silences=[ServiceGap("r", 3.0, 4.0, ["container, killed"])], wrong=list(wrong),
     )  # fmt: skip
 
 
@@ -47,8 +47,8 @@ def test_the_longest_silences_are_listed_with_their_causes() -> None:
     faults = [InjectedFault("web, killed", 105.0), InjectedFault("web, stopped", 110.04, until=113.04)]
     gaps = {"a": [Gap(105.5, 108.0)] * LONGEST, "b": [Gap(120.0, 125.0)]}
     first, second, *others = longest_silences(faults, gaps, 100.0)
-    assert first == Silence("b", 20.0, 25.0, [])
-    assert second == Silence("a", 5.5, 8.0, ["web, killed"])
+    assert first == ServiceGap("b", 20.0, 25.0, [])
+    assert second == ServiceGap("a", 5.5, 8.0, ["web, killed"])
     assert len(others) == LONGEST - 2
     assert log_of(faults, 100.0) == [InjectedFault("web, killed", 5.0), InjectedFault("web, stopped", 10.0, until=13.0)]
 

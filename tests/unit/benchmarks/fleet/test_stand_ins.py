@@ -9,7 +9,7 @@ from rich.progress import Progress
 
 from benchmarks.fleet import command
 from benchmarks.fleet.stand_ins import hall, measure, strips
-from benchmarks.fleet.stand_ins.simulation import Contacts, Network, Simulation, roadmap_of
+from benchmarks.fleet.stand_ins.simulation import Contacts, LossyNetwork, Simulation, roadmap_of
 from benchmarks.fleet.stand_ins.strips import CASES
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
@@ -38,7 +38,7 @@ def test_discs_that_pass_through_each_other_between_two_times_touch_once() -> No
 
 
 def test_messages_are_late_and_lost_as_told() -> None:
-    network = Network(Random(1), delay=2.0, loss=0.1)
+    network = LossyNetwork(Random(1), delay=2.0, loss=0.1)
     for number in range(1000):
         network.send(number, 0.0)
     early, late = network.arrived(1.0), network.arrived(2.0)

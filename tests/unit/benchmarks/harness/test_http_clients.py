@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from benchmarks.harness.plan_calls import Requests
+from benchmarks.harness.plan_calls import RouteRequests
 from ppaas.errors import Unavailable
 
 
@@ -41,7 +41,7 @@ async def server() -> AsyncIterator[tuple[Server, str]]:
 
 async def test_clients_share_the_requests(server: tuple[Server, str]) -> None:
     made, url = server
-    requests = Requests(url, "secret", (b"x" * size for size in range(1, 31)), {"Accept": "text/plain"})
+    requests = RouteRequests(url, "secret", (b"x" * size for size in range(1, 31)), {"Accept": "text/plain"})
     await requests.run(4)
     assert (len(made.heads), requests.size) == (30, sum(range(1, 31)))
     assert requests.answers[0] == b"x"
@@ -53,7 +53,7 @@ async def test_clients_share_the_requests(server: tuple[Server, str]) -> None:
 
 async def test_more_clients_than_requests_end(server: tuple[Server, str]) -> None:
     made, url = server
-    await Requests(url, "t", iter([b"body"])).run(5)
+    await RouteRequests(url, "t", iter([b"body"])).run(5)
     assert len(made.heads) == 1
 
 
@@ -62,7 +62,7 @@ async def test_a_server_that_refuses_or_hangs_up_is_reported(server: tuple[Serve
     made, url = server
     made.status, made.hangs_up = b"503 Service Unavailable", fault == "hangs up"
     with pytest.raises(ExceptionGroup) as failed:
-        await Requests(url, "t", itertools.repeat(b"body")).run(1)
+        await RouteRequests(url, "t", itertools.repeat(b"body")).run(1)
     [error] = failed.value.exceptions
     assert isinstance(error, Unavailable)
     assert ("503" in str(error)) == (fault == "refuses")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.localization.crowd import CREEP, FARTHEST, NEAREST, TURN, Crowd, CrowdedWorld, Inching
-from benchmarks.localization.route import Route
+from benchmarks.localization.route import RandomRoute
 from benchmarks.localization.run import found_after
 from ppaas.maps.generate import office
 from robots.sim.robot import SimulatedRobot
@@ -24,7 +24,7 @@ def test_a_robot_is_found_once_it_is_never_lost_again(wrong: list[float], found:
 
 def test_a_robot_follows_its_route_from_goal_to_goal() -> None:
     grid = office(seed=1, width=12.0, height=10.0)
-    route = Route(grid, np.random.default_rng(3))
+    route = RandomRoute(grid, np.random.default_rng(3))
     start = route.anywhere()
     route.begin(start)
     world = World(grid, 1)
@@ -41,7 +41,7 @@ GRID = office(seed=1, width=12.0, height=10.0)
 
 def crowded(people: int, seed: int = 1) -> tuple[CrowdedWorld, SimulatedRobot, Crowd]:
     world, rng = CrowdedWorld(GRID, seed), np.random.default_rng(seed)
-    robot = world.add_robot(Route(GRID, rng).anywhere())
+    robot = world.add_robot(RandomRoute(GRID, rng).anywhere())
     world.crowd = Crowd(robot, ShortestPaths(GRID, world.pedestrian_model.clearance, rng), people, rng)
     return world, robot, world.crowd
 
@@ -67,7 +67,7 @@ def test_the_laser_detects_people_while_they_are_there() -> None:
 
 def test_a_robot_among_people_creeps_or_turns_in_place() -> None:
     world, rng = CrowdedWorld(GRID, 1), np.random.default_rng(1)
-    route = Route(GRID, rng)
+    route = RandomRoute(GRID, rng)
     start = route.anywhere()
     route.begin(start)
     robot, inching = world.add_robot(start), Inching(route, world, rng)

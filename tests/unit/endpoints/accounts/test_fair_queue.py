@@ -5,10 +5,10 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.accounts.fair_queue import FairQueue, Origin
+from endpoints.accounts.fair_queue import FairQueue, RequestOrigin
 
-FLOOD = Origin("nobody", "10.0.0.1")
-ANN = Origin("ann", "10.0.0.2")
+FLOOD = RequestOrigin("nobody", "10.0.0.1")
+ANN = RequestOrigin("ann", "10.0.0.2")
 
 
 def drained(queue: FairQueue[str]) -> list[str]:
@@ -27,14 +27,14 @@ def test_users_of_one_address_take_turns() -> None:
     queue: FairQueue[str] = FairQueue(100)
     for number in range(3):
         queue.push(FLOOD, f"flood {number}")
-    queue.push(Origin("ann", FLOOD.address), "ann")
+    queue.push(RequestOrigin("ann", FLOOD.address), "ann")
     assert drained(queue) == ["flood 0", "ann", "flood 1", "flood 2"]
 
 
 def test_a_known_user_is_served_before_all_others() -> None:
     queue: FairQueue[str] = FairQueue(100)
     for number in range(3):
-        queue.push(Origin(f"guess{number}", ANN.address), f"flood {number}")
+        queue.push(RequestOrigin(f"guess{number}", ANN.address), f"flood {number}")
     queue.push(ANN._replace(known=True), "ann")
     assert drained(queue)[0] == "ann"
 
@@ -56,11 +56,11 @@ def test_a_discarded_item_makes_space() -> None:
     assert len(queue) == 0 and queue.push(ANN, "second") is None
 
 
-ORIGINS = st.builds(Origin, st.sampled_from("abc"), st.sampled_from("xyz"), st.booleans())
+ORIGINS = st.builds(RequestOrigin, st.sampled_from("abc"), st.sampled_from("xyz"), st.booleans())
 
 
 @given(st.lists(ORIGINS), st.integers(1, 8), st.data())
-def test_every_item_is_served_or_dropped_once(origins: list[Origin], size: int, data: st.DataObject) -> None:
+def test_every_item_is_served_or_dropped_once(origins: list[RequestOrigin], size: int, data: st.DataObject) -> None:
     queue: FairQueue[int] = FairQueue(size)
     out: list[int] = []
     for number, origin in enumerate(origins):

@@ -10,9 +10,9 @@ import pytest
 from argon2 import Parameters, PasswordHasher, extract_parameters, profiles
 
 from endpoints.accounts import passwords as module
-from endpoints.accounts.fair_queue import Origin
+from endpoints.accounts.fair_queue import RequestOrigin
 from endpoints.accounts.passwords import Passwords
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, TooManyAttempts, Unavailable
 
 PASSWORD = "correct horse"
@@ -91,9 +91,11 @@ async def test_a_flood_from_one_address_does_not_keep_another_out() -> None:
     hasher = SlowHasher()
     passwords = Passwords(hasher, workers=1, waiting=3)
     right = hasher.hash(PASSWORD)
-    flood = [asyncio.create_task(passwords.verify(None, "guess", Origin("nobody", "10.0.0.1"))) for _ in range(4)]
+    flood = [
+        asyncio.create_task(passwords.verify(None, "guess", RequestOrigin("nobody", "10.0.0.1"))) for _ in range(4)
+    ]
     await asyncio.sleep(0)
-    ann = asyncio.create_task(passwords.verify(right, PASSWORD, Origin("ann", "10.0.0.2")))
+    ann = asyncio.create_task(passwords.verify(right, PASSWORD, RequestOrigin("ann", "10.0.0.2")))
     await asyncio.sleep(0)
     hasher.released.set()
     assert await ann is True

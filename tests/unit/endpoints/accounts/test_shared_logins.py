@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from endpoints.accounts.accounts import Accounts
-from endpoints.accounts.fair_queue import Origin
+from endpoints.accounts.fair_queue import RequestOrigin
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.shared_logins import (
     ADDRESS,
@@ -44,7 +44,7 @@ def throttle(clock: ManualClock) -> LoginThrottle:
 
 def fail(throttle: LoginThrottle, user: str, address: str, times: int = 1) -> None:
     for _ in range(times):
-        throttle.failed(Origin(user, address))
+        throttle.failed(RequestOrigin(user, address))
 
 
 def wait_of(throttle: LoginThrottle, user: str, address: str) -> float:
@@ -58,7 +58,7 @@ def wait_of(throttle: LoginThrottle, user: str, address: str) -> float:
 
 def test_a_few_failures_have_no_wait(throttle: LoginThrottle) -> None:
     fail(throttle, "ann", HOME, USER_AT_ADDRESS.failures - 1)
-    assert throttle.admit("ann", HOME) == Origin("ann", HOME, known=False)
+    assert throttle.admit("ann", HOME) == RequestOrigin("ann", HOME, known=False)
 
 
 def test_each_failure_beyond_doubles_the_wait_up_to_a_limit(throttle: LoginThrottle, clock: ManualClock) -> None:
@@ -82,7 +82,7 @@ def test_attempts_during_the_wait_do_not_extend_it(throttle: LoginThrottle, cloc
 
 def test_a_success_and_time_forget_failures(throttle: LoginThrottle, clock: ManualClock) -> None:
     fail(throttle, "ann", HOME, USER_AT_ADDRESS.failures)
-    throttle.succeeded(Origin("ann", HOME))
+    throttle.succeeded(RequestOrigin("ann", HOME))
     assert wait_of(throttle, "ann", HOME) == 0.0
     fail(throttle, "bob", HOME, 30)
     clock.advance(FORGET)
@@ -90,7 +90,7 @@ def test_a_success_and_time_forget_failures(throttle: LoginThrottle, clock: Manu
 
 
 def test_guesses_from_many_addresses_do_not_lock_the_owner_out(throttle: LoginThrottle) -> None:
-    throttle.succeeded(Origin("ann", HOME))
+    throttle.succeeded(RequestOrigin("ann", HOME))
     for number in range(USER.failures):
         fail(throttle, "ann", f"10.1.0.{number}")
     assert wait_of(throttle, "ann", "10.1.0.200") > 0.0
@@ -98,7 +98,7 @@ def test_guesses_from_many_addresses_do_not_lock_the_owner_out(throttle: LoginTh
 
 
 def test_guesses_of_many_users_at_one_address_delay_new_users_there_only(throttle: LoginThrottle) -> None:
-    throttle.succeeded(Origin("ann", HOME))
+    throttle.succeeded(RequestOrigin("ann", HOME))
     for number in range(ADDRESS.failures):
         fail(throttle, f"user{number}", HOME)
     assert wait_of(throttle, "bob", HOME) > 0.0
@@ -109,7 +109,7 @@ def test_guesses_of_many_users_at_one_address_delay_new_users_there_only(throttl
 def test_memory_is_bounded(throttle: LoginThrottle) -> None:
     for number in range(MAX_COUNTED + 10):
         fail(throttle, f"u{number}", f"a{number}")
-        throttle.succeeded(Origin(f"u{number}", f"a{number}"))
+        throttle.succeeded(RequestOrigin(f"u{number}", f"a{number}"))
     sizes = (throttle._of_pair._failures, throttle._of_user._failures, throttle._of_address._failures, throttle._known)
     assert all(len(counted) <= MAX_COUNTED for counted in sizes)
 

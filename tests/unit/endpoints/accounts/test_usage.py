@@ -14,7 +14,7 @@ import pytest
 
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import Limits, Publication, RobotRecord

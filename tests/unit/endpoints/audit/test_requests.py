@@ -14,7 +14,7 @@ import msgspec
 import pytest
 
 from endpoints.audit.event import AuditEvent, AuditQuery
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.robot_world import World, refusal
 from tests.support.waiting import until

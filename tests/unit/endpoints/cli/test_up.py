@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import up
-from endpoints.processes.server import cloud_config
+from endpoints.cloud_processes.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
 from ppaas import distribution
 from robots.cli.command_parser import CommandParser

@@ -11,7 +11,7 @@ import pytest
 from endpoints.app import create_app
 from endpoints.documentation.site import POLICY
 from endpoints.http.front_settings import FrontSettings
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.sources import ROOT
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from endpoints.accounts.tokens import token_id
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.foxglove import StillViewer
 from tests.support.endpoints.rapyuta import ClonePlace, StillSessions

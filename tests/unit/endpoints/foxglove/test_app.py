@@ -15,7 +15,7 @@ from endpoints.audit.event import AuditQuery
 from endpoints.foxglove import app
 from endpoints.foxglove.app import SUBPROTOCOLS, BatchingConnection, foxglove_app
 from endpoints.http.front_settings import FrontSettings
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.endpoints.serving import serve
 from tests.support.waiting import PATIENCE, until

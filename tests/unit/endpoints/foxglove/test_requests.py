@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from endpoints.foxglove.viewer import MAX_WORK
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
 from ppaas.messages import encode, rosapi

@@ -7,7 +7,7 @@ import pytest
 from foxglove import messages as sdk
 
 from endpoints.foxglove.robot_view import body_scene
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.protocols import robot_link
 from engine.sessions.outbox import MAX_KEEP
 from engine.specs.containers import MapVersion

@@ -24,7 +24,7 @@ from endpoints.app import create_app
 from endpoints.http.front import PREFIX, HeadRequests, PathPrefix, TrustedProxies, prefix_of
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.robot_world import World
 from tests.support.endpoints.serving import serve

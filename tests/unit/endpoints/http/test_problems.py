@@ -15,9 +15,9 @@ from fastapi.openapi.utils import get_openapi
 import ppaas.recoveries  # noqa: F401 - it has an error of its own
 from endpoints.app import create_app
 from endpoints.http.problems import MAX_ADDRESSES, PER_SECOND, QUEUE_RETRY, STATUS, RefusalLog, problem_response
+from endpoints.resources.services import Services
 from endpoints.rest import openapi
 from endpoints.rest.schemas import Problem
-from endpoints.services.services import Services
 from ppaas import errors
 from ppaas.clock import ManualClock
 from tests.support.endpoints.fake_cloud import FakeCloud

@@ -15,7 +15,7 @@ import pytest
 
 from endpoints.http import tls
 from endpoints.http.connection_table import ConnectionTable
-from endpoints.http.tls import ServerTls, TlsListener
+from endpoints.http.tls import HandshakeListener, ServerTls
 from tests.support.network.certificates import TestAuthority
 from tests.support.waiting import patience, until
 
@@ -42,7 +42,7 @@ def table() -> ConnectionTable:
 async def port(authority: TestAuthority, table: ConnectionTable) -> AsyncIterator[int]:
     context = ServerTls(*authority.issue("cloud")).context
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        accepting = asyncio.create_task(TlsListener(listener, context, table, Echo).run())
+        accepting = asyncio.create_task(HandshakeListener(listener, context, table, Echo).run())
         yield listener.getsockname()[1]
         accepting.cancel()
         await asyncio.gather(accepting, return_exceptions=True)

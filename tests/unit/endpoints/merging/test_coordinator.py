@@ -8,9 +8,9 @@ import pytest
 from endpoints.merging import coordinator as module
 from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.merging.join_program import join_files
-from endpoints.services.joint_maps import Sharing
-from endpoints.services.services import Services
-from engine.service.views import MappingRobot as MappingView
+from endpoints.resources.joint_maps import Sharing
+from endpoints.resources.services import Services
+from engine.control.views import MappingRobot as MappingView
 from ppaas.errors import MapsNotMerged
 from ppaas.geometry import Pose2D
 from ppaas.mapping.merging.united import frame_ids
@@ -89,7 +89,7 @@ def off(robot):
 
 
 async def test_two_robots_go_on_in_one_map_and_exchange_what_they_map(cloud, robots, join, monkeypatch):
-    monkeypatch.setattr("endpoints.services.joint_maps.EXCHANGE_PERIOD", 0.0)
+    monkeypatch.setattr("endpoints.resources.joint_maps.EXCHANGE_PERIOD", 0.0)
     used = services(cloud)
     coordinator = JointMapCoordinator(used, join)
     own = [ids(robot) for robot in robots]
@@ -120,7 +120,7 @@ async def test_reason_of_a_refusal_is_kept_and_maps_stay(cloud, robots, join):
 
 
 async def test_robot_that_missed_a_merge_joins_later_without_a_search(cloud, robots, join, monkeypatch):
-    monkeypatch.setattr("endpoints.services.joint_maps.EXCHANGE_PERIOD", 0.0)
+    monkeypatch.setattr("endpoints.resources.joint_maps.EXCHANGE_PERIOD", 0.0)
     cloud.deaf.add("tb2")
     used = services(cloud)
     coordinator = JointMapCoordinator(used, join)

@@ -5,14 +5,14 @@ import logging
 import pytest
 
 from endpoints.people.counting import PeopleCounting
-from endpoints.services.services import Services
-from engine.service.views import PeopleGroupView
+from endpoints.resources.services import Services
+from engine.control.views import PeopleGroupView
 from ppaas.messages.people_coordination import ZoneCount
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from storage.people import HOUR, MapPeople
 from tests.support.endpoints.fake_cloud import FakeCloud
 
-DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+DOOR = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 NOW = 1000.5 * HOUR
 ANN = ("ann", "house")
 

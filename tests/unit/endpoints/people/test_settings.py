@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from endpoints.people.counting import collect_counts
 from endpoints.people.settings import Change, change_settings, forget_counts
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import NotFound, Unavailable
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings

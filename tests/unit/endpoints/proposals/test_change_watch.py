@@ -13,9 +13,9 @@ from endpoints.audit.event import AuditQuery
 from endpoints.proposals import change_watch
 from endpoints.proposals.change_program import find
 from endpoints.proposals.change_watch import ChangeWatch
+from endpoints.resources.services import Services
 from endpoints.rest.maps.map_programs import outcome_of
-from endpoints.services.services import Services
-from engine.service.views import LifelongRobot
+from engine.control.views import LifelongRobot
 from ppaas.errors import QuotaExceeded, Unavailable, rebuild
 from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.key_frames import KeyFrames

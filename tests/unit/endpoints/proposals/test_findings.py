@@ -2,15 +2,15 @@
 
 from endpoints.proposals.change_watch import MOST_PLACES, confirmed_places, known_changes, reason_of, waits
 from endpoints.rest.schemas import MAX_DESCRIPTION
-from engine.service.views import LifelongRobot
+from engine.control.views import LifelongRobot
 from ppaas.mapping.lifelong.changed_places import ChangedPlace
-from storage.records import MapChange, MapReview, ReviewState
+from storage.records import MapReview, ProposedChange, ReviewState
 
 LEFT, NEW = ChangedPlace(1.251, -0.5, 0.6, 0.4, 24), ChangedPlace(-3.0, 2.0, 0.4, 0.4, 12)
 
 
 def review(left: list[ChangedPlace], new: list[ChangedPlace], state: ReviewState = "waiting") -> MapReview:
-    change = MapChange(confirmed=confirmed_places("tb1", left, new))
+    change = ProposedChange(confirmed=confirmed_places("tb1", left, new))
     return MapReview(1, "b", "a", 0.0, "ann", "a chair", change=change, state=state)
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from endpoints.accounts.tokens import token_id
 from endpoints.rapyuta.interfaces import EndpointTable
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.rapyuta import ClonePlace, StillRobot, StillSessions
 from tests.support.storage import records
 

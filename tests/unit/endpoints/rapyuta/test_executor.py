@@ -8,7 +8,7 @@ import pytest
 from endpoints.rapyuta.clone import MAX_NODES
 from endpoints.rapyuta.executor import MAX_CONTAINERS
 from endpoints.rapyuta.interfaces import MAX_INTERFACES
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.protocols import robot_link
 from ppaas.errors import Idle, InvalidParameter, NotFound, QuotaExceeded, Unavailable
 from tests.support.endpoints.rapyuta import ClonePlace, StillRobot, StillSessions, error_in

@@ -20,7 +20,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.rapyuta import registry as registry_module
 from endpoints.rapyuta.app import rapyuta_app, refusal
 from endpoints.rapyuta.registry import RobotRegistry
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import NotPermitted
 from storage.sharing_records import TokenScope
 from tests.support.clients.rce import RceRobot, login_query

@@ -5,8 +5,8 @@ from typing import Any
 import httpx
 import pytest
 
+from endpoints.resources.services import Services
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT
-from endpoints.services.services import Services
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import house, pgm, plan, put_map, robot, user

@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.requests import Request
 
+from endpoints.resources.services import Services
 from endpoints.rest import strict_json
 from endpoints.rest.strict_json import (
     HIDDEN,
@@ -31,7 +32,6 @@ from endpoints.rest.strict_json import (
     parse,
     showable,
 )
-from endpoints.services.services import Services
 from ppaas.errors import MalformedMessage, MessageTooLarge, PPaaSError
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish

@@ -6,8 +6,8 @@ import httpx
 import pytest
 from msgspec.structs import replace
 
+from endpoints.resources.services import Services
 from endpoints.rest import tasks
-from endpoints.services.services import Services
 from ppaas.errors import Conflict, Unavailable
 from ppaas.tasks.records import TaskState
 from tests.support.endpoints.fake_cloud import FakeCloud

@@ -3,7 +3,7 @@
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import NotFound
 from ppaas.traffic.taking_part import traffic_checkpoint
 from tests.support.endpoints.fake_cloud import FakeCloud

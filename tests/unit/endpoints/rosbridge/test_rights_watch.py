@@ -7,7 +7,7 @@ out by an administrator.
 import pytest
 
 from endpoints.accounts.tokens import TOKEN_LIFETIME, token_id
-from endpoints.processes.cloud_jobs import MapRightsWatch
+from endpoints.cloud_processes.cloud_jobs import MapRightsWatch
 from endpoints.rosbridge import RightsWatch
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, Unavailable

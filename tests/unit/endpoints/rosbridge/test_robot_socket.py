@@ -209,14 +209,14 @@ async def test_warnings_logged_for_one_client_are_bounded(world: World, caplog: 
 async def test_a_topic_is_delivered_as_spelled_until_unsubscribed(world: World) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
         await say(robot, op="subscribe", topic="/map", id="one")
-        assert await next_of(container, robot_link.Subscribe)
+        assert await next_of(container, robot_link.SubscribeTopic)
         container.stream.write(robot_link.Published("map", b'{"data":[0]}'))
         assert await hear(robot) == {"op": "publish", "topic": "/map", "msg": {"data": [0]}}
         await say(robot, op="unsubscribe", topic="map", id="another")
         await say(robot, op="unsubscribe", topic="map", id="one")
-        assert (await next_of(container, robot_link.Unsubscribe)).topic == "map"
+        assert (await next_of(container, robot_link.UnsubscribeTopic)).topic == "map"
         await say(operator, op="subscribe", topic="cmd_vel")
-        assert await next_of(container, robot_link.Subscribe)
+        assert await next_of(container, robot_link.SubscribeTopic)
         container.stream.write(robot_link.Published("cmd_vel", b"{}"))
         assert await hear(operator) == {"op": "publish", "topic": "cmd_vel", "msg": {}}
 
@@ -246,9 +246,9 @@ async def test_calls_are_bounded_and_answered_or_failed(world: World) -> None:
 async def test_the_place_is_released_when_the_last_client_leaves(world: World) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
         await say(operator, op="subscribe", topic="/map")
-        assert await next_of(container, robot_link.Subscribe)
+        assert await next_of(container, robot_link.SubscribeTopic)
         await operator.close()
-        assert await next_of(container, robot_link.Unsubscribe)
+        assert await next_of(container, robot_link.UnsubscribeTopic)
         await robot.close()
         assert await next_of(container, robot_link.Shutdown)
     await until(lambda: world.service.place(KEY) is None)

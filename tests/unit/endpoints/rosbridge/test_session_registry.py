@@ -51,7 +51,7 @@ async def test_a_resumed_session_keeps_subscriptions_and_status_level(world: Wor
     async with robot(world, status="1") as (first, container):
         assert session_headers(first)[0] == "new"
         await say(first, op="subscribe", topic="/goal", id="s1", queue_length=2)
-        assert (await next_of(container, robot_link.Subscribe)).topic == "goal"
+        assert (await next_of(container, robot_link.SubscribeTopic)).topic == "goal"
         await cut_off(world, first)
         for number in range(5):
             await publish(container, "goal", data=str(number))
@@ -78,7 +78,7 @@ async def test_an_answer_waits_for_the_client_to_reconnect(world: World) -> None
 async def test_an_expired_command_is_not_sent_after_a_reconnect(world: World) -> None:
     async with robot(world) as (first, container):
         await say(first, op="subscribe", topic="/cmd_vel")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         await cut_off(world, first)
         await publish(container, "cmd_vel", linear={"x": 1.0})
         (retained,) = container.host._named.values()
@@ -161,7 +161,7 @@ async def test_one_of_many_concurrent_takeovers_remains(world: World) -> None:
 async def test_resuming_resends_lasting_frames_and_reports_those_received(world: World) -> None:
     async with robot(world, resume="none") as (first, container):
         await say(first, op="subscribe", topic="/goal")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         await say(first, op="call_service", service="/make_plan", id="1", args={})
         call = await next_of(container, robot_link.ServiceCall)
         await publish(container, "goal", data="heard")
@@ -184,13 +184,13 @@ async def test_resuming_resends_lasting_frames_and_reports_those_received(world:
 async def test_an_unknown_session_id_starts_a_new_session(world: World, resume: str) -> None:
     async with robot(world, resume="none") as (first, container):
         await say(first, op="subscribe", topic="/goal")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         await cut_off(world, first)
         async with world.connected(session="mine", resume=resume) as again:
             state, session, taken = session_headers(again)
             assert (state, taken) == ("new", 0)
             assert session != session_headers(first)[1]
-            assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
+            assert (await next_of(container, robot_link.UnsubscribeTopic)).topic == "goal"
 
 
 # -- the end of a session ----------------------------------------------------------------------------------------------
@@ -201,18 +201,18 @@ async def test_a_session_is_retained_no_longer_than_the_linger(world: World) -> 
         world.clients._linger = 0.01
         async with world.connected("operator", session="theirs") as operator:
             await say(operator, op="subscribe", topic="/goal")
-            await next_of(container, robot_link.Subscribe)
+            await next_of(container, robot_link.SubscribeTopic)
             operator.transport.abort()
-            assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
+            assert (await next_of(container, robot_link.UnsubscribeTopic)).topic == "goal"
         assert world.machine.away == 0
 
 
 async def test_a_client_that_states_it_left_is_not_retained(world: World) -> None:
     async with robot(world) as (_, container), world.connected("operator", session="theirs") as operator:
         await say(operator, op="subscribe", topic="/goal")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         await operator.close(reason=LEFT)
-        assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
+        assert (await next_of(container, robot_link.UnsubscribeTopic)).topic == "goal"
         assert world.machine.away == 0
 
 
@@ -261,7 +261,7 @@ async def test_an_operator_that_holds_no_place_neither_opens_nor_keeps_one(world
     world.linger(0.0)
     async with world.robot() as (first, container), world.connected("operator", hold="0") as viewer:
         await say(viewer, op="subscribe", topic="/goal")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         await publish(container, "goal", data="seen")
         assert (await hear(viewer))["msg"] == {"data": "seen"}
         await first.close()

@@ -62,7 +62,7 @@ async def test_a_driver_publishes_and_hears_only_what_is_shared(world: World) ->
         assert "you may not subscribe to 'scan'" in await refused(bob, op="subscribe", topic="/scan")
         assert "not-permitted" in await refused(bob, op="advertise_service", service="dock", type="std_srvs/Empty")
         await say(bob, op="subscribe", topic="/odom")
-        assert (await next_of(container, robot_link.Subscribe)).topic == "odom"
+        assert (await next_of(container, robot_link.SubscribeTopic)).topic == "odom"
 
 
 async def test_calls_and_goals_that_are_not_shared_are_answered_with_the_reason(world: World) -> None:
@@ -200,7 +200,7 @@ async def test_a_session_id_of_another_user_begins_a_new_session(world: World, n
     token = await token_of(world)
     async with world.robot() as (_, container), world.connected("operator", session="s", resume="none") as ann:
         await say(ann, op="subscribe", topic="/odom")
-        await next_of(container, robot_link.Subscribe)
+        await next_of(container, robot_link.SubscribeTopic)
         stolen = session_headers(ann)[1]
         async with operator(world, token, session=name, resume=f"{stolen}.0") as bob:
             state, session, taken = session_headers(bob)

@@ -6,7 +6,7 @@ import httpx
 import pytest
 from msgspec.structs import replace
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from endpoints.sharing.named_users import check_grantee, check_readers, check_users
 from ppaas.errors import NotFound
 from storage.memory.maps import MemoryMapStore

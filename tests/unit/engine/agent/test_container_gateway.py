@@ -133,9 +133,9 @@ async def test_socket_is_accessible_to_its_user_only(gateway: ContainerGateway) 
 @pytest.mark.parametrize(
     "first",
     [
-        machine_link.Attach("c1", "wrong"),
-        machine_link.Attach("c1", "schlüssel"),
-        machine_link.Attach("c2", "secret"),
+        machine_link.AttachContainer("c1", "wrong"),
+        machine_link.AttachContainer("c1", "schlüssel"),
+        machine_link.AttachContainer("c2", "secret"),
         machine_link.SaveClone(1, {}),
     ],
     ids=["wrong secret", "odd secret", "unknown container", "nameless"],
@@ -154,7 +154,7 @@ async def test_unknown_client_is_disconnected_and_the_expected_one_attaches(
 async def test_container_attaches_only_once(gateway: ContainerGateway, attach: Attach) -> None:
     first = await attach(robot_spec("c1"))
     second = await dial_gateway(gateway.path)
-    second.write(machine_link.Attach("c1", "secret"))
+    second.write(machine_link.AttachContainer("c1", "secret"))
     assert await receive(second) is None
     assert slug(await ask(first, machine_link.SaveClone(1, {}))) is None
 
@@ -162,7 +162,7 @@ async def test_container_attaches_only_once(gateway: ContainerGateway, attach: A
 async def test_attaching_as_a_second_container_disconnects(gateway: ContainerGateway, attach: Attach) -> None:
     stream, other = await attach(robot_spec("c1")), robot_spec("c2", "bob")
     gateway.expect(other, "secret")
-    stream.write(machine_link.Attach("c2", "secret"))
+    stream.write(machine_link.AttachContainer("c2", "secret"))
     assert await receive(stream) is None
     assert gateway.awaited == 1
 
@@ -171,7 +171,7 @@ async def test_forgotten_container_cannot_attach(gateway: ContainerGateway) -> N
     gateway.expect(robot_spec("c1"), "secret")
     gateway.forget("c1")
     stream = await dial_gateway(gateway.path)
-    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.AttachContainer("c1", "secret"))
     assert await receive(stream) is None
 
 
@@ -248,7 +248,7 @@ async def test_checkpoint_records_the_containers_session(attach: Attach, store: 
 
 async def test_planning_container_cannot_save_clones_or_share(attach: Attach, fabric: FakeFabric) -> None:
     stream = await attach(planning_spec())
-    stream.write(machine_link.Share("amcl_pose", b"{}"))
+    stream.write(machine_link.FabricPublish("amcl_pose", b"{}"))
     assert slug(await ask(stream, machine_link.SaveClone(1, {}))) == "not-permitted"
     assert fabric.published == []
     assert fabric.subscriptions == []
@@ -279,7 +279,7 @@ async def test_container_prepares_an_index_of_its_own_map(gateway: ContainerGate
 
     gateway.expect(planning_spec("c1"), "secret", prepare)
     stream = await dial_gateway(gateway.path)
-    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.AttachContainer("c1", "secret"))
     assert slug(await ask(stream, machine_link.PrepareIndex(1, "hub_labels"))) is None
     assert slug(await ask(stream, machine_link.PrepareIndex(2, "astar"))) == "not-found"
     assert prepared == ["hub_labels"]
@@ -307,7 +307,7 @@ async def test_pending_requests_are_bounded_and_do_not_block_sharing(
     store.go.clear()
     for number in range(MAX_REQUESTS + 1):
         stream.write(machine_link.SaveClone(number, {}))
-    stream.write(machine_link.Share("amcl_pose", b"{}"))
+    stream.write(machine_link.FabricPublish("amcl_pose", b"{}"))
     refused = await done(stream)
     assert (refused.request, slug(refused)) == (MAX_REQUESTS, "quota-exceeded")
     await until(lambda: fabric.published)

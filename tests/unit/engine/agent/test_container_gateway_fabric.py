@@ -43,16 +43,16 @@ def attach(gateway: ContainerGateway) -> Attach:
 
 async def test_robots_of_a_map_receive_each_other_but_not_themselves(attach: Attach) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
-    ann.write(machine_link.Share("amcl_pose", b"ann"))
+    ann.write(machine_link.FabricPublish("amcl_pose", b"ann"))
     assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"ann")
-    bob.write(machine_link.Share("amcl_pose", b"bob"))
+    bob.write(machine_link.FabricPublish("amcl_pose", b"bob"))
     assert await receive(ann) == machine_link.Shared("bob", "tb1", "amcl_pose", b"bob")
 
 
 async def test_private_topics_and_other_maps_are_not_received(attach: Attach, fabric: FakeFabric) -> None:
     ann = await attach(robot_spec("c1", "ann"))
     vault = await attach(robot_spec("c2", "bob", version=MapVersion("vault", "v1")))
-    vault.write(machine_link.Share("amcl_pose", b"in the vault"))
+    vault.write(machine_link.FabricPublish("amcl_pose", b"in the vault"))
     await until(lambda: fabric.published)
     for key in ("ppaas/bob/default/tb1/amcl_pose", "ppaas/map/house/bob/tb1/scan", "ppaas/map/house%2Fx/b/r/amcl_pose"):
         fabric.publish(key, b"secret")
@@ -67,7 +67,7 @@ async def test_only_the_coordinator_of_the_same_user_and_map_receives_reports(at
     robots = [await attach(robot_spec(f"c{n}", user, f"tb{n}")) for n, user in enumerate(("ann", "bob", "ann"))]
     moved = await attach(robot_spec("c9", "ann", "tb9", depot))
     for robot in (*robots, moved):
-        robot.write(machine_link.Share("people_tracker/report", b"seen"))
+        robot.write(machine_link.FabricPublish("people_tracker/report", b"seen"))
     assert {(await receive(ann)).robot for _ in range(2)} == {"tb0", "tb2"}
     assert await receive(bob) == machine_link.Shared("bob", "tb1", "people_tracker/report", b"seen")
     assert await receive(far) == machine_link.Shared("ann", "tb9", "people_tracker/report", b"seen")
@@ -79,10 +79,10 @@ async def test_robots_receive_the_state_of_their_own_coordinator_alone(attach: A
     detector = robot_config("tb1", parameters={"torso_detector": {}})
     robot = await attach(replace(robot_spec("c1", "ann"), robot=detector))
     other = await attach(replace(robot_spec("c2", "ann", "tb2"), robot=replace(detector, id="tb2")))
-    bob.write(machine_link.Share(topic, b"of bob"))
-    other.write(machine_link.Share(topic, b"forged by a robot"))
+    bob.write(machine_link.FabricPublish(topic, b"of bob"))
+    other.write(machine_link.FabricPublish(topic, b"forged by a robot"))
     await until(lambda: len(fabric.published) == 2)
-    ann.write(machine_link.Share(topic, b"of ann"))
+    ann.write(machine_link.FabricPublish(topic, b"of ann"))
     for one in (robot, other):
         assert await receive(one) == machine_link.Shared("ann", "_coordinator", topic, b"of ann")
 
@@ -92,10 +92,10 @@ async def test_only_the_traffic_node_of_the_same_user_and_map_receives_reports(a
     people = await attach(coordinator_spec("k3", "ann"))
     robots = [await attach(robot_spec(f"c{n}", user, f"tb{n}")) for n, user in enumerate(("ann", "bob", "ann"))]
     for robot in robots:
-        robot.write(machine_link.Share("traffic/report", b"here"))
+        robot.write(machine_link.FabricPublish("traffic/report", b"here"))
     assert {(await receive(ann)).robot for _ in range(2)} == {"tb0", "tb2"}
     assert await receive(bob) == machine_link.Shared("bob", "tb1", "traffic/report", b"here")
-    robots[0].write(machine_link.Share("people_tracker/report", b"seen"))
+    robots[0].write(machine_link.FabricPublish("people_tracker/report", b"seen"))
     assert (await receive(people)).topic == "people_tracker/report"
 
 
@@ -106,13 +106,13 @@ async def test_each_robot_receives_the_grants_of_its_own_traffic_node_for_itself
     ann, bob = await attach(traffic_spec("k1", "ann")), await attach(traffic_spec("k2", "bob"))
     first = await attach(replace(robot_spec("c1", "ann"), robot=config))
     second = await attach(replace(robot_spec("c2", "ann", "tb.2"), robot=replace(config, id="tb.2")))
-    bob.write(machine_link.Share(topic, b"of bob", "tb1"))
-    second.write(machine_link.Share(topic, b"forged by a robot", "tb1"))
-    second.write(machine_link.Share(f"{topic}/tb1", b"forged by a robot"))
+    bob.write(machine_link.FabricPublish(topic, b"of bob", "tb1"))
+    second.write(machine_link.FabricPublish(topic, b"forged by a robot", "tb1"))
+    second.write(machine_link.FabricPublish(f"{topic}/tb1", b"forged by a robot"))
     await until(lambda: len(fabric.published) == 2)
-    ann.write(machine_link.Share(topic, b"for all"))
-    ann.write(machine_link.Share(topic, b"for tb.2", "tb.2"))
-    ann.write(machine_link.Share(topic, b"for tb1", "tb1"))
+    ann.write(machine_link.FabricPublish(topic, b"for all"))
+    ann.write(machine_link.FabricPublish(topic, b"for tb.2", "tb.2"))
+    ann.write(machine_link.FabricPublish(topic, b"for tb1", "tb1"))
     assert await receive(first) == machine_link.Shared("ann", "_traffic", topic, b"for tb1")
     assert await receive(second) == machine_link.Shared("ann", "_traffic", topic, b"for tb.2")
 
@@ -144,8 +144,8 @@ async def test_hostile_topic_is_refused_and_containers_stay_connected(
 ) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
     for _ in range(3):
-        ann.write(machine_link.Share(topic, b"evil"))
-    ann.write(machine_link.Share("amcl_pose", b"good"))
+        ann.write(machine_link.FabricPublish(topic, b"evil"))
+    ann.write(machine_link.FabricPublish("amcl_pose", b"good"))
     assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"good")
     assert fabric.published == [("ppaas/map/house/ann/tb1/amcl_pose", b"good")]
     assert len([record for record in caplog.records if record.levelname == "WARNING"]) == 1
@@ -153,8 +153,8 @@ async def test_hostile_topic_is_refused_and_containers_stay_connected(
 
 async def test_oversized_message_is_not_shared(attach: Attach, fabric: FakeFabric) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
-    ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
-    ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED)))
+    ann.write(machine_link.FabricPublish("amcl_pose", bytes(MAX_SHARED + 1)))
+    ann.write(machine_link.FabricPublish("amcl_pose", bytes(MAX_SHARED)))
     shared = await receive(bob)
     assert isinstance(shared, machine_link.Shared)
     assert len(shared.payload) == MAX_SHARED
@@ -188,7 +188,7 @@ async def test_positions_that_follow_each_other_arrive_as_one_frame(attach: Atta
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
     for payload in (b"first", b"second", b"third"):
         fabric.publish("ppaas/map/house/eve/tb1/amcl_pose", payload)
-    ann.write(machine_link.Share("amcl_pose", b"ann"))
+    ann.write(machine_link.FabricPublish("amcl_pose", b"ann"))
     batch = [
         machine_link.Shared("eve", "tb1", "amcl_pose", b"third"),
         machine_link.Shared("ann", "tb1", "amcl_pose", b"ann"),
@@ -204,7 +204,7 @@ async def test_machine_subscribes_once_to_positions_while_a_container_receives_t
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
     assert [str(each.key) for each in fabric.subscriptions] == ["ppaas/map/house/*/*/amcl_pose"]
     await ann.close()
-    bob.write(machine_link.Share("amcl_pose", b"bob"))
+    bob.write(machine_link.FabricPublish("amcl_pose", b"bob"))
     await until(lambda: len(fabric.published) == 1)
     assert len(fabric.subscriptions) == 1
     await bob.close()

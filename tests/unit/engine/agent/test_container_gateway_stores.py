@@ -29,7 +29,7 @@ async def attached(gateway: ContainerGateway) -> AsyncIterator[FrameStream[machi
     await gateway.start()
     gateway.expect(robot_spec("c1", "ann", "tb1"), "secret")
     stream = await dial_gateway(gateway.path)
-    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.AttachContainer("c1", "secret"))
     yield stream
     await stream.close()
     await gateway.close()
@@ -71,7 +71,7 @@ async def test_shut_out_container_cannot_save_or_share(tmp_path: Path) -> None:
         stream.write(machine_link.SaveClone(1, {"n": b"old"}))
         assert await receive(stream) == machine_link.Done(1)
         gateway.shut_out("c1")
-        stream.write(machine_link.Share("amcl_pose", b"{}"))
+        stream.write(machine_link.FabricPublish("amcl_pose", b"{}"))
         stream.write(machine_link.SaveClone(2, {"n": b"late"}))
         refused = await receive(stream)
         assert refused.refusal.slug == "conflict"

@@ -370,7 +370,7 @@ async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) 
     assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
     await host.gateway.start()
     attached = await dial_gateway(host.gateway.path)
-    attached.write(machine_link.Attach("c1", "secret"))
+    attached.write(machine_link.AttachContainer("c1", "secret"))
     await until(lambda: host.gateway.awaited == 0)
     host.hosting.endpoint_came()
     assert host.runtime.processes["c1"].told_of_endpoints == 1
@@ -388,12 +388,12 @@ NEXT = MapVersion("house", "f" * 64)
 async def attached(host: Host, container: str = "c1") -> FrameStream[machine_link.ToContainer]:
     """Attach a container as its process does."""
     stream = await dial_gateway(host.gateway.path)
-    stream.write(machine_link.Attach(container, "secret"))
+    stream.write(machine_link.AttachContainer(container, "secret"))
     return stream
 
 
-def use_map(version: MapVersion, container: str = "c1") -> control_link.UseMap:
-    return control_link.UseMap(container, version, {}, in_space=False)
+def use_map(version: MapVersion, container: str = "c1") -> control_link.UseMapVersions:
+    return control_link.UseMapVersions(container, version, {}, in_space=False)
 
 
 @pytest.fixture

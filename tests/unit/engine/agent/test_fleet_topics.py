@@ -25,18 +25,20 @@ def test_oversized_or_unowned_messages_are_refused() -> None:
     fabric = FakeFabric()
     topics = FleetTopics(fabric)
     with pytest.raises(MessageTooLarge):
-        topics.share(scope_of(robot_spec("c1", "ann", "tb1")), machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
+        topics.share(
+            scope_of(robot_spec("c1", "ann", "tb1")), machine_link.FabricPublish("amcl_pose", bytes(MAX_SHARED + 1))
+        )
     with pytest.raises(NotPermitted):
-        topics.share(scope_of(planning_spec()), machine_link.Share("amcl_pose", b"here"))
+        topics.share(scope_of(planning_spec()), machine_link.FabricPublish("amcl_pose", b"here"))
     assert fabric.published == []
 
 
 def test_the_state_of_people_may_be_larger_than_other_messages() -> None:
     fabric, scope = FakeFabric(), scope_of(coordinator_spec())
     topics = FleetTopics(fabric)
-    topics.share(scope, machine_link.Share("people_coordinator/state", bytes(MAX_STATE)))
+    topics.share(scope, machine_link.FabricPublish("people_coordinator/state", bytes(MAX_STATE)))
     with pytest.raises(MessageTooLarge):
-        topics.share(scope, machine_link.Share("people_coordinator/state", bytes(MAX_STATE + 1)))
+        topics.share(scope, machine_link.FabricPublish("people_coordinator/state", bytes(MAX_STATE + 1)))
     assert [key for key, _ in fabric.published] == ["ppaas/map/house/ann/_coordinator/people_coordinator/state"]
 
 
@@ -65,7 +67,7 @@ def test_only_robots_that_take_part_on_published_maps_receive_grants_and_only_th
 
 def test_only_traffic_nodes_address_robots() -> None:
     fabric = FakeFabric()
-    topics, grants = FleetTopics(fabric), machine_link.Share("traffic/grants", b"{}", "tb1")
+    topics, grants = FleetTopics(fabric), machine_link.FabricPublish("traffic/grants", b"{}", "tb1")
     for spec in (robot_spec("c1", "ann", "tb1"), coordinator_spec(), planning_spec()):
         with pytest.raises(NotPermitted):
             topics.share(scope_of(spec), grants)
@@ -78,7 +80,7 @@ def test_only_traffic_nodes_address_robots() -> None:
 def test_any_addressee_is_one_part_of_a_key(robot: str) -> None:
     fabric = FakeFabric()
     try:
-        FleetTopics(fabric).share(scope_of(traffic_spec()), machine_link.Share("traffic/grants", b"", robot))
+        FleetTopics(fabric).share(scope_of(traffic_spec()), machine_link.FabricPublish("traffic/grants", b"", robot))
     except UnicodeEncodeError:
         return  # half a character, which no frame carries
     [(key, _)] = fabric.published

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.host_load import Neighbours
+from engine.agent.host_load import RoundTripProbe
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from tests.support.waiting import until
@@ -21,7 +21,7 @@ async def router(tmp_path: Path) -> AsyncIterator[RouterProcess]:
 
 async def test_machines_discover_each_other_and_forget_closed_ones(router: RouterProcess) -> None:
     fabrics = [await Fabric.open(router.endpoint, router.credentials) for _ in range(3)]
-    machines = [Neighbours(fabric, f"m{number}") for number, fabric in enumerate(fabrics)]
+    machines = [RoundTripProbe(fabric, f"m{number}") for number, fabric in enumerate(fabrics)]
     for machine in machines:
         await machine.start()
     await until(lambda: all(len(machine._there) == 2 for machine in machines))
@@ -40,7 +40,7 @@ async def test_machines_discover_each_other_and_forget_closed_ones(router: Route
 async def test_silent_machine_has_no_round_trip(router: RouterProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.agent.host_load.TIMEOUT", 0.3)
     one, other = [await Fabric.open(router.endpoint, router.credentials) for _ in range(2)]
-    asking, silent = Neighbours(one, "m1"), Neighbours(other, "m2")
+    asking, silent = RoundTripProbe(one, "m1"), RoundTripProbe(other, "m2")
     await asking.start()
     await silent.start()
     await until(lambda: bool(asking._there))

@@ -57,7 +57,9 @@ def service(store: MemoryStore) -> PlanService:
     return PlanService(store, "m1")
 
 
-def find(service: PlanService, start: float, goal: float, *, kinematic: bool = False) -> list[machine_link.Candidate]:
+def find(
+    service: PlanService, start: float, goal: float, *, kinematic: bool = False
+) -> list[machine_link.PlanCandidate]:
     return service.find(
         SPEC, machine_link.FindPlans(1, (start, 0.0), (goal, 0.0), "dijkstra", PARAMETERS, 0.18, 0.25, kinematic)
     )

@@ -56,7 +56,7 @@ async def test_hello_after_a_checkpoint_states_the_last_applied_message() -> Non
 
 
 async def test_message_is_delivered_and_its_reaction_published(peers: ContainerPeers) -> None:
-    published = await peers.ask(robot_link.Subscribe("echo", 7), say("hi"))
+    published = await peers.ask(robot_link.SubscribeTopic("echo", 7), say("hi"))
     assert published == robot_link.Published("echo", b'{"data":"hi"}')
 
 
@@ -103,20 +103,20 @@ async def test_failing_message_counts_as_applied_and_is_not_resent(peers: Contai
 
 
 async def test_latched_message_is_sent_to_the_new_subscriber_only(peers: ContainerPeers) -> None:
-    first = await peers.ask(say("old"), say("new"), robot_link.Subscribe("last", 1))
+    first = await peers.ask(say("old"), say("new"), robot_link.SubscribeTopic("last", 1))
     assert first == robot_link.Published("last", b'{"data":"new"}')
-    second = await peers.ask(robot_link.Subscribe("last", 2))
+    second = await peers.ask(robot_link.SubscribeTopic("last", 2))
     assert second == robot_link.Published("last", b'{"data":"new"}', 2)
     third = await peers.ask(say("newest"))
     assert third == robot_link.Published("last", b'{"data":"newest"}')
 
 
 async def test_unsubscribed_topic_is_not_sent(peers: ContainerPeers) -> None:
-    assert isinstance(await peers.ask(robot_link.Subscribe("echo", 1), say("one")), robot_link.Published)
+    assert isinstance(await peers.ask(robot_link.SubscribeTopic("echo", 1), say("one")), robot_link.Published)
     for frame in (
-        robot_link.Unsubscribe("echo"),
-        robot_link.Unsubscribe("echo"),
-        robot_link.Unsubscribe("nowhere"),
+        robot_link.UnsubscribeTopic("echo"),
+        robot_link.UnsubscribeTopic("echo"),
+        robot_link.UnsubscribeTopic("nowhere"),
         say("two"),
     ):
         peers.endpoint.write(frame)
@@ -124,15 +124,19 @@ async def test_unsubscribed_topic_is_not_sent(peers: ContainerPeers) -> None:
 
 
 async def test_second_subscription_does_not_duplicate_messages(peers: ContainerPeers) -> None:
-    for frame in (robot_link.Subscribe("echo", 1), robot_link.Subscribe("echo", 2), robot_link.Subscribe("nowhere", 1)):
+    for frame in (
+        robot_link.SubscribeTopic("echo", 1),
+        robot_link.SubscribeTopic("echo", 2),
+        robot_link.SubscribeTopic("nowhere", 1),
+    ):
         peers.endpoint.write(frame)
     assert await peers.ask(say("one")) == robot_link.Published("echo", b'{"data":"one"}')
     assert await peers.heard() == "one"
 
 
 async def test_slow_endpoint_loses_droppable_messages_only(peers: ContainerPeers) -> None:
-    peers.endpoint.write(robot_link.Subscribe("echo", 1))
-    peers.endpoint.write(robot_link.Subscribe("last", 1))
+    peers.endpoint.write(robot_link.SubscribeTopic("echo", 1))
+    peers.endpoint.write(robot_link.SubscribeTopic("last", 1))
     assert await peers.heard() == ""
     word, count = "x" * 100_000, 60
     for number in range(count):
@@ -149,7 +153,7 @@ async def test_slow_endpoint_loses_droppable_messages_only(peers: ContainerPeers
 async def test_slow_endpoint_loses_latched_messages_of_topics_that_repeat_them(peers: ContainerPeers) -> None:
     graph, topic = peers.home.graph, Topic("repeated", String, latched=True, stream=True, repeated=True)
     graph.declare(peers.node, topic)
-    peers.endpoint.write(robot_link.Subscribe("repeated", 1))
+    peers.endpoint.write(robot_link.SubscribeTopic("repeated", 1))
     assert isinstance(await receive(peers.endpoint), robot_link.TopicAdded)
     assert await peers.heard() == ""
     for number in range(60):
@@ -164,7 +168,7 @@ async def test_slow_endpoint_loses_latched_messages_of_topics_that_repeat_them(p
 
 async def test_topics_declared_at_run_time_are_announced_and_delivered(peers: ContainerPeers) -> None:
     graph, topic = peers.home.graph, Topic("fleeting", String)
-    peers.endpoint.write(robot_link.Subscribe("fleeting", 1))
+    peers.endpoint.write(robot_link.SubscribeTopic("fleeting", 1))
     assert await peers.heard() == ""
     for word in ("once", "again"):
         graph.declare(peers.node, topic)
@@ -176,7 +180,7 @@ async def test_topics_declared_at_run_time_are_announced_and_delivered(peers: Co
         assert "fleeting" in peers.container.hello(1).nodes[0].publishes
         graph.undeclare(peers.node, "fleeting")
         assert await receive(peers.endpoint) == robot_link.TopicRemoved("fleeting")
-    peers.endpoint.write(robot_link.Unsubscribe("fleeting"))
+    peers.endpoint.write(robot_link.UnsubscribeTopic("fleeting"))
     assert await peers.heard() == ""
     graph.declare(peers.node, topic)
     graph.publish("fleeting", String("unheard"))
@@ -250,7 +254,7 @@ async def test_container_redials_a_lost_endpoint_and_drops_subscriptions(
     served_twice: tuple[ContainerPeers, "asyncio.Queue[Endpoint]"],
 ) -> None:
     peers, found = served_twice
-    peers.endpoint.write(robot_link.Subscribe("last", 1))
+    peers.endpoint.write(robot_link.SubscribeTopic("last", 1))
     assert await peers.ask(say("one", 57)) == robot_link.Published("last", b'{"data":"one"}')
     await peers.endpoint.close()
     peers.endpoint = await found.get()
@@ -283,7 +287,7 @@ async def test_result_without_an_endpoint_is_sent_to_the_next_subscriber(
     peers, found = served_twice
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
-    peers.endpoint.write(robot_link.Subscribe("ended", 0))
+    peers.endpoint.write(robot_link.SubscribeTopic("ended", 0))
     assert await peers.heard() == ""
     await peers.endpoint.close()
     peers.home.graph.inject("end", String("here"))
@@ -291,7 +295,7 @@ async def test_result_without_an_endpoint_is_sent_to_the_next_subscriber(
     assert isinstance(await receive(peers.endpoint), robot_link.Hello)
     while (await peers.checkpoint())["ending"] != b"here":
         pass
-    peers.endpoint.write(robot_link.Subscribe("ended", 0))
+    peers.endpoint.write(robot_link.SubscribeTopic("ended", 0))
     while not isinstance(frame := await receive(peers.endpoint), robot_link.Published):
         assert isinstance(frame, robot_link.Ack)
     assert frame == robot_link.Published("ended", b'{"data":"here"}')
@@ -333,7 +337,7 @@ async def test_result_is_published_after_the_checkpoint_was_tried(
 ) -> None:
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
-    peers.endpoint.write(robot_link.Subscribe("ended", 0))
+    peers.endpoint.write(robot_link.SubscribeTopic("ended", 0))
     peers.endpoint.write(robot_link.Deliver("end", b'{"data":"here"}', 7))
     assert await peers.heard() == ""  # and it was not published before this answer
     while (await peers.checkpoint(refusal))["ending"] != b"here":
@@ -347,7 +351,7 @@ async def test_result_is_published_after_the_checkpoint_was_tried(
 async def test_result_waits_as_long_as_another_container_may_serve_the_robot(peers: ContainerPeers) -> None:
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
-    peers.endpoint.write(robot_link.Subscribe("ended", 0))
+    peers.endpoint.write(robot_link.SubscribeTopic("ended", 0))
     peers.endpoint.write(robot_link.Deliver("end", b'{"data":"here"}', 7))
     cut_off = Refusal("conflict", "this machine has lost contact with its cloud")
     for _ in range(5):
@@ -359,7 +363,7 @@ async def test_result_waits_as_long_as_another_container_may_serve_the_robot(pee
 async def test_result_that_waited_comes_once_after_the_checkpoint(peers: ContainerPeers) -> None:
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
-    peers.endpoint.write(robot_link.Subscribe("ended", 0))
+    peers.endpoint.write(robot_link.SubscribeTopic("ended", 0))
     peers.endpoint.write(robot_link.Deliver("end", b'{"data":"here"}', 7))
     assert await peers.heard() == ""
     while (await peers.checkpoint(Refusal("conflict", "cut off")))["ending"] != b"here":

@@ -86,7 +86,7 @@ class Endpoint:
 
 async def check_served(stream: FrameStream[Any]) -> None:
     """Check that a link is served: it is subscribed to a topic, and sends a message."""
-    stream.write(robot_link.Subscribe("echo", 7))
+    stream.write(robot_link.SubscribeTopic("echo", 7))
     stream.write(say("hi"))
     assert await receive(stream) == ECHO
 
@@ -121,7 +121,7 @@ async def test_several_endpoints_hear_what_they_are_subscribed_to(
     for each in (endpoint, other):
         peers.endpoint.write(each.order)
     first, second = await endpoint.welcomed(), await other.welcomed()
-    second.write(robot_link.Subscribe("echo", 3))
+    second.write(robot_link.SubscribeTopic("echo", 3))
     second.write(robot_link.ServiceCall(1, "heard", b"{}"))
     assert isinstance(await receive(second), robot_link.ServiceAnswer)
     await check_served(first)

@@ -60,7 +60,7 @@ async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> robo
 
     async def machine(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[machine_link.FromContainer] = FrameStream(reader, writer, machine_link.FromContainer)
-        while isinstance(frame := await stream.receive(), machine_link.Attach | machine_link.SaveClone):
+        while isinstance(frame := await stream.receive(), machine_link.AttachContainer | machine_link.SaveClone):
             if isinstance(frame, machine_link.SaveClone):
                 stream.write(machine_link.Done(frame.request))
         await stream.close()

@@ -126,7 +126,7 @@ async def test_positions_are_shared_at_a_limited_rate(clone: Clone) -> None:
         clone.graph.publish("amcl_pose", pose(float(step)))
         clone.clock.advance(SHARE_PERIOD * 0.6)
     frames = [await receive(clone.machine) for _ in range(2)]
-    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
+    assert frames == [machine_link.FabricPublish("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
 
 
 async def test_no_position_of_a_robot_that_is_away_is_shared(clone: Clone) -> None:
@@ -134,7 +134,7 @@ async def test_no_position_of_a_robot_that_is_away_is_shared(clone: Clone) -> No
     clone.graph.publish("amcl_pose", pose(0.0))
     clone.here = True
     clone.graph.publish("amcl_pose", pose(1.0))
-    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+    assert await receive(clone.machine) == machine_link.FabricPublish("amcl_pose", encode(state(1.0)))
 
 
 async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> None:
@@ -144,7 +144,7 @@ async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> 
     clone.graph.publish("amcl_pose", pose(0.0))
     clone.graph.publish("plan", plan((0.0, 0.0), (1.0, 0.0)))
     client.share("end", b"")
-    assert await receive(far) == machine_link.Share("end", b"")
+    assert await receive(far) == machine_link.FabricPublish("end", b"")
     await client.close()
     await far.close()
 
@@ -154,7 +154,7 @@ async def test_a_robot_that_continues_a_map_shares_the_positions_in_its_frame() 
     client = MachineClient(near)
     clone = Clone(client, far, replace(LAUNCH, spec=continuing_spec()))
     clone.graph.publish("grid_slam/shared_pose", pose(2.0))
-    assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0)))
+    assert await receive(far) == machine_link.FabricPublish("amcl_pose", encode(state(2.0)))
     clone.outside.shared(shared("bob", encode(state(1.0))))
     assert clone.seen() == [1.0]
     clone.clock.advance(FRESH)
@@ -169,7 +169,7 @@ async def test_robots_whose_maps_are_joined_receive_each_other() -> None:
     client = MachineClient(near)
     clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
     clone.graph.publish("grid_slam/shared_pose", pose(2.0, frame="map_1"))
-    assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0, frame="map_1")))
+    assert await receive(far) == machine_link.FabricPublish("amcl_pose", encode(state(2.0, frame="map_1")))
     clone.outside.shared(shared("bob", encode(state(1.0, frame="map_2"))))
     assert not clone.node.robots
     clone.clock.advance(SHARE_PERIOD)
@@ -186,7 +186,7 @@ async def test_robot_that_left_the_published_map_shares_nothing_with_the_robots_
     clone = Clone(client, far, replace(LAUNCH, spec=continuing_spec()))
     clone.graph.publish("grid_slam/shared_pose", pose(2.0, frame="map_1"))
     client.share("end", b"")
-    assert await receive(far) == machine_link.Share("end", b"")
+    assert await receive(far) == machine_link.FabricPublish("end", b"")
     await client.close()
     await far.close()
 
@@ -195,10 +195,10 @@ async def test_position_is_shared_with_its_recent_velocity(clone: Clone) -> None
     twist = Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.1))
     clone.graph.inject("odom", Odometry(Header(), "base_link", pose(0.0).pose, TwistWithCovariance(twist)))
     clone.graph.publish("amcl_pose", pose(1.0))
-    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0, twist)))
+    assert await receive(clone.machine) == machine_link.FabricPublish("amcl_pose", encode(state(1.0, twist)))
     clone.clock.advance(2.0 * FRESH)
     clone.graph.publish("amcl_pose", pose(1.0))
-    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+    assert await receive(clone.machine) == machine_link.FabricPublish("amcl_pose", encode(state(1.0)))
 
 
 async def test_clone_receives_velocities_and_radii_of_other_robots(clone: Clone) -> None:
@@ -215,10 +215,10 @@ async def test_a_robot_is_granted_while_its_reports_are_recent_and_neither_free_
     clone.graph.publish("traffic/report", report)
     clone.graph.publish("amcl_pose", pose(1.0))
     wanted = replace(state(1.0), granted=granted)
-    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(wanted))
+    assert await receive(clone.machine) == machine_link.FabricPublish("amcl_pose", encode(wanted))
     clone.clock.advance(FRESH)
     clone.graph.publish("amcl_pose", pose(1.0))
-    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+    assert await receive(clone.machine) == machine_link.FabricPublish("amcl_pose", encode(state(1.0)))
 
 
 async def test_clone_receives_which_robots_of_its_own_user_are_granted(clone: Clone) -> None:
@@ -237,7 +237,7 @@ async def test_positions_are_shared_after_the_clock_is_set_back(clone: Clone) ->
         clone.clock.advance(SHARE_PERIOD)
         clone.set_by -= 60.0
     frames = [await receive(clone.machine) for _ in range(2)]
-    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
+    assert frames == [machine_link.FabricPublish("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
 
 
 async def test_clone_receives_recently_seen_robots_only(clone: Clone) -> None:

@@ -67,7 +67,7 @@ class Bridged:
         """Return the payloads that were shared, after a last one that ends them."""
         self.client.share("end", b"")
         payloads = []
-        while (frame := await receive(self.machine)) != machine_link.Share("end", b""):
+        while (frame := await receive(self.machine)) != machine_link.FabricPublish("end", b""):
             payloads.append(frame.payload)
         return payloads
 

@@ -64,7 +64,7 @@ async def test_plans_of_the_machine_are_arrays_and_their_query_is_timed(ends: tu
     assert isinstance(request, machine_link.FindPlans)
     assert (request.start, request.goal, request.planner, request.tolerance) == ((1, 2), (4, 5), "dijkstra", 0.25)
     kept = plan("p1", poses=poses.tobytes(), version="v1")
-    machine.write(machine_link.PlansFound(request.request, [machine_link.Candidate(kept, whole=False)]))
+    machine.write(machine_link.PlansFound(request.request, [machine_link.PlanCandidate(kept, whole=False)]))
     found = await finding
     assert [(each.id, each.whole, each.poses.tolist()) for each in found] == [("p1", False, poses.tolist())]
     assert plans.times.link.answers == 1

@@ -60,11 +60,11 @@ class Bridged:
     def shared(self, topic: str, payload: bytes, robot: str) -> None:
         self.bridge.shared(machine_link.Shared("ann", robot, topic, payload))
 
-    async def sent(self) -> list[machine_link.Share]:
+    async def sent(self) -> list[machine_link.FabricPublish]:
         """Return what was shared, after a last message that ends it."""
         self.client.share("end", b"")
         frames = []
-        while (frame := await receive(self.machine)) != machine_link.Share("end", b""):
+        while (frame := await receive(self.machine)) != machine_link.FabricPublish("end", b""):
             frames.append(frame)
         return frames
 
@@ -92,7 +92,7 @@ async def test_a_clone_shares_reports_at_a_limited_rate_and_no_grants(made: Brid
         made.graph.publish(TRAFFIC_REPORT.name, report(x=x))
         made.clock.advance(TRAFFIC_PERIOD * 0.6)
     made.graph.publish(TRAFFIC_GRANTS.name, grants())
-    assert await made.sent() == [machine_link.Share("traffic/report", encode(report(x=x))) for x in (0.0, 2.0)]
+    assert await made.sent() == [machine_link.FabricPublish("traffic/report", encode(report(x=x))) for x in (0.0, 2.0)]
 
 
 @pytest.mark.parametrize("made", [ROBOT], indirect=True)
@@ -101,7 +101,7 @@ async def test_the_clone_of_a_robot_that_is_away_reports_nothing(made: Bridged) 
     made.graph.publish(TRAFFIC_REPORT.name, report(x=0.0))
     made.here.append(True)
     made.graph.publish(TRAFFIC_REPORT.name, report(x=1.0))
-    assert await made.sent() == [machine_link.Share("traffic/report", encode(report(x=1.0)))]
+    assert await made.sent() == [machine_link.FabricPublish("traffic/report", encode(report(x=1.0)))]
 
 
 @pytest.mark.parametrize("made", [mapping_spec(), coordinator_spec()], indirect=True)
@@ -117,7 +117,7 @@ async def test_a_traffic_node_shares_grants_with_the_robot_that_they_are_for(mad
     for robot in ("tb1", "tb2"):
         made.graph.publish(TRAFFIC_GRANTS.name, grants(robot))
     assert await made.sent() == [
-        machine_link.Share("traffic/grants", encode(grants(robot)), robot) for robot in ("tb1", "tb2")
+        machine_link.FabricPublish("traffic/grants", encode(grants(robot)), robot) for robot in ("tb1", "tb2")
     ]
 
 

@@ -9,24 +9,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.leadership.candidate import Candidate, Change, Read, Request, Role, Timing
+from engine.leadership.candidate import Change, LeaseCandidate, LeaseTiming, Read, Request, Role
 from storage.records import Lease
 from tests.support.budget import examples
 
-TIMING = Timing(renew=0.5, look=0.25, validity=2.5, patience=3.0)
+TIMING = LeaseTiming(renew=0.5, look=0.25, validity=2.5, patience=3.0)
 OTHERS = Lease("master", "b", 4, 7)
 LATE = 100.0
 
 
-def waiting(lease: Lease, now: float = 0.0) -> Candidate:
+def waiting(lease: Lease, now: float = 0.0) -> LeaseCandidate:
     """Return a candidate that has seen a lease."""
-    candidate = Candidate("master", "a", now, TIMING)
+    candidate = LeaseCandidate("master", "a", now, TIMING)
     assert candidate.next(now) == Read("master")
     candidate.was_read(lease, now)
     return candidate
 
 
-def leading(now: float = 0.0) -> Candidate:
+def leading(now: float = 0.0) -> LeaseCandidate:
     """Return a candidate that began to lead at a time."""
     candidate = waiting(Lease("master"), now)
     assert candidate.next(now) == Change(Lease("master", "a", 1), Lease("master"))
@@ -154,7 +154,7 @@ def test_an_answer_without_a_request_is_an_error() -> None:
         waiting(OTHERS).was_changed(0.0, done=True)
 
 
-USUAL = Timing()
+USUAL = LeaseTiming()
 STEP = 0.05
 """Length of a step of the simulation [s]."""
 
@@ -197,7 +197,7 @@ class Flight:
 class Process:
     """A candidate with its own clock."""
 
-    candidate: Candidate
+    candidate: LeaseCandidate
     offset: float
     rate: float
     stopped: int = 0
@@ -229,7 +229,7 @@ class World:
         self.now = 0.0
         self.table = LeaseTable()
         self.processes = [
-            Process(Candidate("master", f"process {number}", offset, USUAL), offset, rate)
+            Process(LeaseCandidate("master", f"process {number}", offset, USUAL), offset, rate)
             for number, (offset, rate) in enumerate(clocks)
         ]
         self.next_flight: dict[int, tuple[int, int, bool]] = {}

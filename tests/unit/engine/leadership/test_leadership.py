@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from engine.leadership.candidate import Timing
+from engine.leadership.candidate import LeaseTiming
 from engine.leadership.leadership import FILE, MASTER, Leadership, holder_of
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import Lease
 from tests.support.waiting import until
 
-QUICK = Timing(renew=0.05, look=0.02, validity=0.2, patience=0.3)
-PATIENT = Timing(renew=0.05, look=0.02, validity=0.2, patience=60.0)
+QUICK = LeaseTiming(renew=0.05, look=0.02, validity=0.2, patience=0.3)
+PATIENT = LeaseTiming(renew=0.05, look=0.02, validity=0.2, patience=60.0)
 
 
 class Reached(MemoryStore):
@@ -45,7 +45,7 @@ def store() -> Iterator[MemoryStore]:
 
 
 @asynccontextmanager
-async def process(store: MemoryStore, name: str, timing: Timing = QUICK) -> AsyncIterator[Leadership]:
+async def process(store: MemoryStore, name: str, timing: LeaseTiming = QUICK) -> AsyncIterator[Leadership]:
     leadership = Leadership(store, name, timing)
     yield leadership
     await leadership.release()

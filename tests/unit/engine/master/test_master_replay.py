@@ -36,7 +36,7 @@ from engine.master.events import (
 )
 from engine.master.master import LOG_SIZE, MOVES, Master
 from engine.master.orders import Order
-from engine.master.places import Place, PlaceRequest, people_key, robot_key, traffic_key
+from engine.master.places import PlaceAssignment, PlaceRequest, people_key, robot_key, traffic_key
 from engine.master.queueing import FullMachines
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
@@ -187,7 +187,7 @@ class MasterMachine(RuleBasedStateMachine):
 
     @invariant()
     def places_are_found_by_each_of_their_maps(self) -> None:
-        users: dict[str, dict[str, Place]] = {}
+        users: dict[str, dict[str, PlaceAssignment]] = {}
         for key, place in self.master.places.items():
             for map_id in place.request.map_ids:
                 users.setdefault(map_id, {})[key] = place

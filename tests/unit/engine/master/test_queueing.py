@@ -19,7 +19,7 @@ from engine.master.events import (
 from engine.master.machine import Machine
 from engine.master.master import Master
 from engine.master.orders import Order, Start
-from engine.master.places import Place, PlaceRequest
+from engine.master.places import PlaceAssignment, PlaceRequest
 from engine.master.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER, FullMachines, explain_no_machine
 from engine.master.quotas import Quota, Quotas
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -164,9 +164,9 @@ def test_larger_sizes_with_the_same_labels_are_refused() -> None:
     full, labelled = FullMachines(), {"zone": "a"}
     assert not full.refuse(robot_request(cores=8.0))
     full.note(robot_request(cores=2.0))
-    assert full.refuse(Place(robot_request(cores=2.0))) and full.refuse(robot_request(cores=4.0))
+    assert full.refuse(PlaceAssignment(robot_request(cores=2.0))) and full.refuse(robot_request(cores=4.0))
     assert not full.refuse(robot_request(cores=1.0)) and not full.refuse(robot_request(cores=4.0, labels=labelled))
-    resized = Place(robot_request(cores=2.0), resized=1.0)
+    resized = PlaceAssignment(robot_request(cores=2.0), resized=1.0)
     assert not full.refuse(resized), "its next container is smaller"
     full.note(resized)
     assert full.refuse(robot_request(cores=1.0))

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from engine.recorder import robot_recorder
-from engine.recorder.frames import Left, Recorded, Told
-from engine.recorder.main import PAUSE, Recorder
+from engine.recorder.frames import Left, RecordedBatch, Told
+from engine.recorder.main import PAUSE, MachineRecorder
 from engine.recorder.robot_recorder import FLUSH_PERIOD, SEGMENT, OpenFile
-from ppaas.recording.batches import Batch, Entry, batch_bytes
+from ppaas.recording.batches import Batch, BatchedMessage, batch_bytes
 from ppaas.recording.writer import Encoded, encoded
 from storage.disk_space import DiskReserve, DiskSpace
 from storage.recordings import RecordingsFolder
@@ -24,12 +24,12 @@ class Machine:
     def __init__(self, path: Path, reserve: DiskReserve | None = None) -> None:
         self.folder = RecordingsFolder(path)
         self.told: list[Told] = []
-        self.recorder = Recorder(self.folder, reserve, self.told.append)
+        self.recorder = MachineRecorder(self.folder, reserve, self.told.append)
         self.now = 0.0
 
-    def take(self, *entries: Entry, recording: str = "", ring: float = 0.0, ring_bytes: int = 10**9) -> None:
+    def take(self, *entries: BatchedMessage, recording: str = "", ring: float = 0.0, ring_bytes: int = 10**9) -> None:
         batch = Batch(ABOUT, ring, ring_bytes, ALL if ring else (), recording, ALL, list(entries))
-        self.recorder.take(Recorded("ann", "tb1", batch_bytes(batch)), self.now)
+        self.recorder.take(RecordedBatch("ann", "tb1", batch_bytes(batch)), self.now)
         self.recorder.look(self.now)
 
     def leave(self) -> None:
@@ -110,7 +110,9 @@ def test_goal_is_repeated_until_it_ends(tmp_path: Path) -> None:
     machine.take(goal, ring=60.0)
     machine.now = SEGMENT + 1.0
     machine.take(entry("scan", scan(), 21), ring=60.0)
-    ended = Entry(goal.topic, goal.type, goal.up, goal.latched, goal.kept, goal.log_time, goal.publish_time, b"")
+    ended = BatchedMessage(
+        goal.topic, goal.type, goal.up, goal.latched, goal.kept, goal.log_time, goal.publish_time, b""
+    )
     machine.now = 2.0 * SEGMENT + 2.0
     machine.take(ended, entry("scan", scan(), 42), ring=60.0)
     machine.leave()
@@ -121,8 +123,8 @@ def test_messages_that_cannot_be_encoded_are_left_out(tmp_path: Path) -> None:
     machine = Machine(tmp_path)
     odd = entry("odd", scan())
     machine.take(
-        Entry(odd.topic, "acme_msgs/Anvil", True, False, False, odd.log_time, odd.log_time, b"{}"),
-        Entry(odd.topic, odd.type, True, False, False, odd.log_time, odd.log_time, b'{"ranges": "x"}'),
+        BatchedMessage(odd.topic, "acme_msgs/Anvil", True, False, False, odd.log_time, odd.log_time, b"{}"),
+        BatchedMessage(odd.topic, odd.type, True, False, False, odd.log_time, odd.log_time, b'{"ranges": "x"}'),
         entry("scan", scan()),
         ring=60.0,
     )
@@ -180,7 +182,7 @@ def test_sizes_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_fault_of_one_robot_leaves_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine(tmp_path)
-    machine.recorder.take(Recorded("ann", "tb2", b"\xc1"), 0.0)
+    machine.recorder.take(RecordedBatch("ann", "tb2", b"\xc1"), 0.0)
     assert "not a batch" in machine.told[-1].problem
     machine.take(entry("scan", scan()), ring=60.0)
     machine.leave()

@@ -6,23 +6,23 @@ from pathlib import Path
 
 import pytest
 
+from engine.links.control_server import ControlServer
+from engine.links.robot_link_server import LinkServer
 from engine.protocols import control_link
 from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
-from engine.remote.agent import MachineOptions, Places, config_of, stay
+from engine.remote.agent import MachineOptions, SocketFolders, config_of, stay
 from engine.remote.cluster_settings import ContainerSettings
 from engine.remote.machines import RemoteMachines, make_ticket
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, join, membership_in
-from engine.service.links.control_server import ControlServer
-from engine.service.links.robot_link_server import LinkServer
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
 from storage.urls.opening import open_map_store, open_store
 from tests.support.engine.engine_links import receive, register
 from tests.support.waiting import patience, until
-from tests.unit.engine.service.links.test_control_server import Events
+from tests.unit.engine.links.test_control_server import Events
 
 ANYWHERE = TlsAddress("127.0.0.1", 0)
 VALID = 60.0
@@ -87,7 +87,9 @@ async def test_the_agent_is_configured_from_the_cluster_settings(cloud: Cloud, t
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
     masters = Masters(membership)
     settings = await masters.settings()
-    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, Places(tmp_path / "run", None), masters)
+    config = config_of(
+        membership, MachineOptions(2, {"gpu": "no"}), settings, SocketFolders(tmp_path / "run", None), masters
+    )
     assert (config.store, config.map_store) == cloud.stores
     assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{settings.fabric_port}",)
@@ -101,7 +103,7 @@ async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> N
     settings = await membership.settings()
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
-        config_of(membership, MachineOptions(), settings, Places(tmp_path / "run", None), Masters(membership))
+        config_of(membership, MachineOptions(), settings, SocketFolders(tmp_path / "run", None), Masters(membership))
 
 
 async def test_machine_exits_if_the_cloud_runs_another_release(

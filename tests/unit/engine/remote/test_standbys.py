@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from engine.links.control_server import ControlServer
+from engine.links.robot_link_server import LinkServer
 from engine.protocols import control_link
 from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
@@ -19,13 +21,11 @@ from engine.remote.masters import FILE, MOST, KnownMasters, Masters
 from engine.remote.membership import Membership, join
 from engine.remote.replica import LAST, MACHINES, in_order, keep_only, read_files, write_file
 from engine.remote.standbys import StandbyHello, StandbyLink, StandbyRefused, ToStandby, membership_of
-from engine.service.links.control_server import ControlServer
-from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
 from ppaas.errors import InvalidInput, MalformedMessage, NotPermitted, Unavailable
 from tests.support.engine.engine_links import receive, register
 from tests.support.waiting import until
-from tests.unit.engine.service.links.test_control_server import Deputy, Events
+from tests.unit.engine.links.test_control_server import Deputy, Events
 
 LOOPBACK = "127.0.0.1"
 ELSEWHERE = TlsAddress(LOOPBACK, 8600)

@@ -15,7 +15,7 @@ from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity, stranger_context
 from engine.remote import machines
 from engine.remote.authority import Authority
-from engine.remote.machines import TlsListener
+from engine.remote.machines import MutualTlsListener
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.engine.tls_cloud import joined
 from tests.support.waiting import patience
@@ -29,7 +29,7 @@ def authority(tmp_path_factory: pytest.TempPathFactory) -> Authority:
 
 
 @pytest.fixture
-async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
+async def listener(authority: Authority) -> AsyncIterator[MutualTlsListener]:
     def answering(what: str):  # type: ignore[no-untyped-def]
         async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str = "nobody") -> None:
             writer.write(f"{what} {machine}\n".encode())
@@ -37,7 +37,7 @@ async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
 
         return serve
 
-    opened = TlsListener(
+    opened = MutualTlsListener(
         ANYWHERE, authority,
         control=answering("control"), robot=answering("robot"), settings=answering("terms"),
         standby=answering("standby"), endpoint=answering("endpoint"), join=answering("join"),
@@ -47,7 +47,7 @@ async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
     await opened.close()
 
 
-async def answer(listener: TlsListener, context: ssl.SSLContext) -> str:
+async def answer(listener: MutualTlsListener, context: ssl.SSLContext) -> str:
     """Return the line that the listener answers; empty if it closes the connection."""
     reader, writer = await dial(listener.address, context)
     try:
@@ -60,7 +60,7 @@ async def answer(listener: TlsListener, context: ssl.SSLContext) -> str:
 
 
 async def test_a_machine_is_identified_by_its_certificate_and_dispatched_by_purpose(
-    listener: TlsListener, authority: Authority, tmp_path: Path
+    listener: MutualTlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     identity = joined(authority, tmp_path / "m2", "m2")
     assert await answer(listener, identity.client_context("control")) == "control m2"
@@ -68,7 +68,7 @@ async def test_a_machine_is_identified_by_its_certificate_and_dispatched_by_purp
 
 
 async def test_a_client_without_a_certificate_can_only_request_to_join(
-    listener: TlsListener, authority: Authority
+    listener: MutualTlsListener, authority: Authority
 ) -> None:
     stranger = stranger_context()
     assert await answer(listener, stranger) == "join nobody"
@@ -90,7 +90,7 @@ async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: 
     async def machine(*_: object) -> None:
         raise AssertionError("it has no certificate")
 
-    opened = TlsListener(
+    opened = MutualTlsListener(
         ANYWHERE,
         authority,
         control=machine,
@@ -114,7 +114,7 @@ async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: 
 
 
 async def test_a_certificate_of_another_authority_is_refused(
-    listener: TlsListener, authority: Authority, tmp_path: Path
+    listener: MutualTlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     theirs = joined(Authority(tmp_path / "other"), tmp_path / "m", "m2")
     ours = TlsIdentity(
@@ -126,7 +126,7 @@ async def test_a_certificate_of_another_authority_is_refused(
 
 
 async def test_only_the_latest_certificate_of_a_machine_is_valid(
-    listener: TlsListener, authority: Authority, tmp_path: Path
+    listener: MutualTlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     first = joined(authority, tmp_path / "first", "m3")
     second = joined(authority, tmp_path / "second", "m3")
@@ -168,7 +168,7 @@ async def test_hosts_trust_each_other_although_the_clock_of_one_is_hours_behind(
     server.close()
 
 
-async def test_a_connection_without_tls_is_closed(listener: TlsListener) -> None:
+async def test_a_connection_without_tls_is_closed(listener: MutualTlsListener) -> None:
     reader, writer = await asyncio.open_connection(listener.address.host, listener.address.port)
     writer.write(b"GET / HTTP/1.1\r\n\r\n" * 4)
     async with patience(5.0):
@@ -177,10 +177,10 @@ async def test_a_connection_without_tls_is_closed(listener: TlsListener) -> None
     writer.close()
 
 
-async def test_a_port_in_use_is_an_error(listener: TlsListener, authority: Authority) -> None:
+async def test_a_port_in_use_is_an_error(listener: MutualTlsListener, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = TlsListener(
+    second = MutualTlsListener(
         listener.address,
         authority,
         control=nobody,
@@ -194,7 +194,7 @@ async def test_a_port_in_use_is_an_error(listener: TlsListener, authority: Autho
         await second.start()
 
 
-async def test_links_between_machines_need_certificates(listener: TlsListener) -> None:
+async def test_links_between_machines_need_certificates(listener: MutualTlsListener) -> None:
     with pytest.raises(InvalidInput, match="ticket"):
         await dial(listener.address)
 

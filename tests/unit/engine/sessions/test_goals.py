@@ -35,7 +35,7 @@ async def test_a_goal_reports_feedback_and_result_to_its_client_only(
 ) -> None:
     client.say(**GOAL, feedback=True)
     goal, _ = goal_of(place)
-    heard = {frame.topic for frame in place.far.take(robot_link.Subscribe)}
+    heard = {frame.topic for frame in place.far.take(robot_link.SubscribeTopic)}
     assert heard == {"move_base/status", "move_base/result", "move_base/feedback"}
     place.publish_json("move_base/feedback", {"status": status(goal, 1), "feedback": {"base_position": POSE}})
     client.say(op="cancel_action_goal", action="move_base", id="g")
@@ -44,7 +44,7 @@ async def test_a_goal_reports_feedback_and_result_to_its_client_only(
     feedback, result = client.received()
     assert (feedback["op"], feedback["id"]) == ("action_feedback", "g")
     assert (result["op"], result["id"], result["status"]) == ("action_result", "g", 5)
-    assert {frame.topic for frame in place.far.take(robot_link.Unsubscribe)} == heard
+    assert {frame.topic for frame in place.far.take(robot_link.UnsubscribeTopic)} == heard
     place.publish_json("move_base/result", {"status": status(goal, 2), "result": {}})
     assert client.received() == other.received() == []
 
@@ -55,10 +55,10 @@ async def test_a_goal_keeps_the_subscriptions_of_its_client(place: StillPlace, c
     goal, _ = goal_of(place)
     client.say(op="subscribe", topic="/move_base/status")
     client.say(op="unsubscribe", topic="/move_base/status")
-    assert place.far.take(robot_link.Unsubscribe) == []
+    assert place.far.take(robot_link.UnsubscribeTopic) == []
     place.publish_json("move_base/result", {"status": status(goal, 3), "result": {}})
     assert [frame["op"] for frame in client.received()] == ["publish", "action_result"]
-    assert {frame.topic for frame in place.far.take(robot_link.Unsubscribe)} == {"move_base/status"}
+    assert {frame.topic for frame in place.far.take(robot_link.UnsubscribeTopic)} == {"move_base/status"}
 
 
 async def test_a_goal_refused_by_the_clone_ends_with_the_reason(place: StillPlace, client: StillClient) -> None:

@@ -7,12 +7,12 @@ from typing import Any
 import msgspec
 import pytest
 
+from engine.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES, CarriedSession
+from engine.links.place_link import PlaceLink
 from engine.protocols import robot_link
 from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
 from engine.rights.roles import Role
-from engine.service.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES, CarriedSession
-from engine.service.links.place_link import PlaceLink
 from engine.sessions import host as host_module
 from engine.sessions.host import SessionHost
 from ppaas.errors import PPaaSError, QuotaExceeded

@@ -8,9 +8,9 @@ from typing import Any
 import cbor2
 import pytest
 
+from engine.control.planning.plan_rate import PlanRate
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
-from engine.service.planning.plan_rate import PlanRate
 from engine.sessions.outbox import FrameOutbox
 from engine.sessions.session import PATH_SERVICES
 from ppaas.errors import Unavailable

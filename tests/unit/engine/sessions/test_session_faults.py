@@ -5,8 +5,8 @@ from typing import NoReturn
 
 import pytest
 
+from engine.links.place_link import PlaceLink
 from engine.protocols import robot_link
-from engine.service.links.place_link import PlaceLink
 from engine.sessions.goals import ClientGoals
 from engine.sessions.session import ClientSession
 from ppaas.errors import PPaaSError

@@ -126,7 +126,7 @@ async def test_a_client_that_subscribes_hears_the_heartbeat_at_once_and_again(
     later = await answers(client, 2)
     assert later[0]["msg"]["stamp"] != first["msg"]["stamp"]
     assert other.received() == []
-    assert place.far.take(robot_link.Subscribe) == []
+    assert place.far.take(robot_link.SubscribeTopic) == []
 
 
 async def test_it_ends_with_the_last_subscription(client: StillClient) -> None:

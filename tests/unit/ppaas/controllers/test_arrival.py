@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.controllers.arrival import Arrival, turn_by
+from ppaas.controllers.arrival import ArrivalDetector, turn_by
 from ppaas.controllers.base import Controller, ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.drive_parameters import body_of
 from ppaas.controllers.dwa import DwaParameters, DynamicWindow
@@ -22,11 +22,13 @@ LONG = ((0.5, 0.12), (-0.15, 0.12), (-0.15, -0.12), (0.5, -0.12))
 STANDING = Velocity()
 
 
-def arrival_of(footprint: Footprint = ()) -> Arrival:
-    return Arrival(PARAMETERS, body_of(footprint, PARAMETERS.robot_radius))
+def arrival_of(footprint: Footprint = ()) -> ArrivalDetector:
+    return ArrivalDetector(PARAMETERS, body_of(footprint, PARAMETERS.robot_radius))
 
 
-def settle(arrival: Arrival, pose: Pose2D, velocity: Velocity = STANDING, posts: tuple[Pose2D, ...] = ()) -> Velocity:
+def settle(
+    arrival: ArrivalDetector, pose: Pose2D, velocity: Velocity = STANDING, posts: tuple[Pose2D, ...] = ()
+) -> Velocity:
     return arrival.settle(ControlRequest(pose, velocity, costmap_with(posts)), GOAL, velocity)
 
 

@@ -10,7 +10,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import LinkFacts, TopicFacts, observations_from_json, observations_to_json
 from ppaas.diagnosis.observations.place import WatchedRobot
-from ppaas.diagnosis.observations.recorder import HEARD, Recorder
+from ppaas.diagnosis.observations.recorder import HEARD, ObservationRecorder
 from ppaas.diagnosis.rules.finding import LEVELS, capital, count, hertz, names, nearest, percent, seconds, size
 from ppaas.messages.base.message import Message
 from tests.support.world.diagnosed_robot import LINK, healthy, kinds
@@ -60,7 +60,7 @@ def message_of(topic: str, fields: object) -> Message:
 
 @given(st.lists(SENT, max_size=4))
 def test_whatever_a_robot_sends_is_judged_without_a_failure(sent: list[tuple[str, object]]) -> None:
-    recorder, now = Recorder(0.0), 0.0
+    recorder, now = ObservationRecorder(0.0), 0.0
     with np.errstate(over="ignore", invalid="ignore"):
         for topic, fields in sent:
             now += 0.5

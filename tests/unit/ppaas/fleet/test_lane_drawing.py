@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ppaas.fleet.lane_drawing import JOINS, STRAIGHT, Line, Network, lines_in, network_of
+from ppaas.fleet.lane_drawing import JOINS, STRAIGHT, DrawnLane, Network, lines_in, network_of
 from ppaas.zones.shapes import LineString, MultiLineString, Polygon
 from ppaas.zones.zone import KeepOut, Lane, Zone
 from tests.support.fleet.lanes import line, ring
@@ -53,7 +53,7 @@ def test_ends_that_are_near_to_each_other_are_one_place() -> None:
 
 def test_corners_that_nobody_would_see_are_left_out() -> None:
     wavy = np.stack([np.linspace(0, 5, 51), 0.4 * STRAIGHT * np.sin(np.linspace(0, 40, 51))], axis=1)
-    network = network_of([Line("wavy", wavy, False)])
+    network = network_of([DrawnLane("wavy", wavy, False)])
     assert len(network.places) < 10
     assert np.abs(network.places[:, 1]).max() <= STRAIGHT
 

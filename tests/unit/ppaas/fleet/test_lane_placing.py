@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lane_drawing import Line, network_of
+from ppaas.fleet.lane_drawing import DrawnLane, network_of
 from ppaas.fleet.lane_placing import SHARPEST, Placed, chains_of, placed_on
 from tests.support.fleet.lanes import SITE, line, ring
 
 
-def placed(*lines: Line, spacing: float = 0.6) -> Placed:
+def placed(*lines: DrawnLane, spacing: float = 0.6) -> Placed:
     return placed_on(network_of(lines), spacing)
 
 
@@ -88,7 +88,7 @@ def test_corners_that_are_near_to_each_other_are_cut() -> None:
         ),
     ],
 )
-def test_what_has_no_room_is_told_with_its_place(lines: list[Line], message: str) -> None:
+def test_what_has_no_room_is_told_with_its_place(lines: list[DrawnLane], message: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         placed(*lines)
     assert message in str(caught.value)

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from ppaas.errors import GoalOccupied, InvalidInput
-from ppaas.fleet.lane_drawing import Line, network_of
+from ppaas.fleet.lane_drawing import DrawnLane, network_of
 from ppaas.fleet.lane_placing import Placed, placed_on
 from ppaas.fleet.lane_roadmap import LaneRoadmap, check_apart, lane_roadmap
 from ppaas.fleet.robot_sizes import RobotSizes
@@ -173,7 +173,7 @@ def closest(cells: Placed) -> float:
 
 @given(LINES)
 @settings(max_examples=examples(60))
-def test_cells_that_are_accepted_are_apart_and_those_that_are_refused_are_not(lines: list[Line]) -> None:
+def test_cells_that_are_accepted_are_apart_and_those_that_are_refused_are_not(lines: list[DrawnLane]) -> None:
     try:
         cells = placed_on(network_of(lines), SPACING)
     except InvalidInput:

@@ -29,6 +29,7 @@ from ppaas.navigation.move_base import (
     CancelPlan,
     ComputeVelocity,
     FollowPlan,
+    GoalPhase,
     PublishFeedback,
     PublishGoal,
     PublishResult,
@@ -36,8 +37,7 @@ from ppaas.navigation.move_base import (
     Recover,
     RequestPlan,
     SendVelocity,
-    State,
-    Stop,
+    StopBase,
 )
 from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior
 from tests.support.world.move_base_driver import BLOCKED, HERE, PLAN, THERE, Driver
@@ -87,7 +87,7 @@ def test_reached_goal_stops_and_succeeds_with_the_text_of_ros():
     driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
     result = driver.one(PublishResult)
     assert (result.goal.id, result.status, result.text) == ("a", Status.SUCCEEDED, "Goal reached. Plans: 1 computed.")
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.machine.goals.active is None
     assert driver.tick() == []
 
@@ -113,14 +113,14 @@ def test_driving_robot_stops_on_a_new_goal_until_it_has_a_plan():
     driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0.0)))
     driver.goal("b")
     driver.tick()
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
 
 
 def test_the_same_goal_sent_again_is_the_same_goal():
     driver = Driver()
     driver.to_controlling()
     assert driver.goal("a") == []
-    assert driver.machine.state is State.CONTROLLING
+    assert driver.machine.state is GoalPhase.CONTROLLING
 
 
 def test_goal_that_has_just_ended_does_not_restart():
@@ -143,7 +143,7 @@ def test_matching_cancel_preempts_the_goal(cancel_id, stamp):
     driver.to_controlling()
     driver.feed(CancelReceived(driver.now, cancel_id, stamp))
     assert driver.one(PublishResult).status is Status.PREEMPTED
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.machine.goals.active is None
 
 
@@ -170,7 +170,7 @@ def test_cancelling_while_recovering_stops_the_robot():
     driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
     assert driver.orders == [SendVelocity(Velocity(0.0, 1.0))]
     driver.feed(CancelReceived(driver.now))
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.tick() == []
 
 
@@ -184,7 +184,7 @@ def test_a_final_error_aborts_at_once_with_the_planners_reason():
     result = driver.one(PublishResult)
     assert result.status is Status.ABORTED
     assert result.text == "Failed to find a valid plan. the goal x=99 lies outside the map"
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
 
 
 def test_planning_is_retried_at_planner_frequency_until_patience_ends():
@@ -197,7 +197,7 @@ def test_planning_is_retried_at_planner_frequency_until_patience_ends():
         if driver.of(RequestPlan):
             requested.append(driver.now)
             driver.fail_plan()
-        if driver.machine.state is State.CLEARING:
+        if driver.machine.state is GoalPhase.CLEARING:
             break
     assert 5.0 <= driver.now - requested[0] <= 5.8
     assert min(np.diff(requested)) > 0.49
@@ -217,10 +217,10 @@ def test_max_planning_retries_ends_patience_early():
     driver.to_planning()
     driver.fail_plan()
     for _ in range(2):
-        assert driver.machine.state is State.PLANNING
+        assert driver.machine.state is GoalPhase.PLANNING
         driver.tick()
         driver.fail_plan()
-    assert driver.machine.state is State.CLEARING
+    assert driver.machine.state is GoalPhase.CLEARING
 
 
 def test_goal_is_aborted_after_all_recoveries_failed():
@@ -301,7 +301,7 @@ def test_late_answer_changes_nothing(late):
     driver = Driver()
     driver.to_planning()
     assert driver.feed(late) == []
-    assert driver.machine.state is State.PLANNING
+    assert driver.machine.state is GoalPhase.PLANNING
 
 
 @pytest.mark.parametrize(
@@ -348,7 +348,7 @@ def test_goal_ends_and_the_robot_stops_if_it_does_something_else():
     driver.feed(Preempted(driver.now, "Replaced by another goal: turn"))
     result = driver.one(PublishResult)
     assert (result.status, result.text) == (Status.PREEMPTED, "Replaced by another goal: turn")
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.status() is None
 
 
@@ -371,9 +371,9 @@ def test_robot_stops_and_plans_again_if_its_plan_is_blocked_on_another_map():
     driver.to_controlling()
     driver.feed(VelocityComputed(driver.now, Velocity(0.3, 0.0)))
     driver.feed(PlanBlocked(driver.now))
-    driver.one(Stop)
+    driver.one(StopBase)
     driver.tick()
-    assert driver.of(RequestPlan) and driver.machine.state is State.PLANNING
+    assert driver.of(RequestPlan) and driver.machine.state is GoalPhase.PLANNING
 
 
 @pytest.mark.parametrize("frequency", [0.0, 1.0])
@@ -382,7 +382,7 @@ def test_a_goal_that_has_moved_is_the_goal_of_the_next_plan(frequency):
     driver.to_controlling()
     moved = Pose2D(THERE.x + 0.4, THERE.y, THERE.theta)
     driver.feed(GoalMoved(driver.now, moved))
-    assert bool(driver.of(Stop)) is (frequency == 0.0)
+    assert bool(driver.of(StopBase)) is (frequency == 0.0)
     for _ in range(25):
         driver.tick()
         if driver.of(RequestPlan):
@@ -398,10 +398,10 @@ def test_a_goal_that_a_client_updates_is_planned_to_at_once_while_the_robot_driv
     driver.feed(VelocityComputed(driver.now, Velocity(0.3, 0.0)))
     elsewhere = Pose2D(THERE.x + 0.4, THERE.y, THERE.theta)
     driver.feed(GoalUpdated(driver.now, elsewhere, 0.4))
-    assert driver.one(PublishGoal).updated and not driver.of(Stop)
+    assert driver.one(PublishGoal).updated and not driver.of(StopBase)
     driver.tick()
     assert driver.one(RequestPlan).goal == elsewhere
-    assert driver.of(ComputeVelocity) and driver.machine.state is State.CONTROLLING
+    assert driver.of(ComputeVelocity) and driver.machine.state is GoalPhase.CONTROLLING
     assert driver.machine.goals.active.goal.speed_limit == 0.4
     driver.feed(PlanSucceeded(driver.now, driver.machine._number, PLAN))
     driver.tick()

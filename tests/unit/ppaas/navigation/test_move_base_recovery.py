@@ -15,14 +15,14 @@ from ppaas.navigation.events import (
 )
 from ppaas.navigation.move_base import (
     ComputeVelocity,
+    GoalPhase,
     Oscillation,
     PublishResult,
     PublishStatus,
     Recover,
     RequestPlan,
     SendVelocity,
-    State,
-    Stop,
+    StopBase,
 )
 from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior, recovery_behaviors, recovery_defaults
 from tests.support.world.move_base_driver import PLAN, Driver
@@ -35,8 +35,8 @@ def test_failed_control_stops_and_replans():
     driver.to_controlling()
     driver.tick()
     driver.feed(ControlFailed(driver.now))
-    assert driver.of(Stop)
-    assert driver.machine.state is State.PLANNING
+    assert driver.of(StopBase)
+    assert driver.machine.state is GoalPhase.PLANNING
     driver.tick()
     assert driver.of(RequestPlan)
 
@@ -121,9 +121,9 @@ def test_plan_not_renewed_within_patience_is_abandoned():
             driver.feed(VelocityComputed(driver.now, Velocity(0.1, 0.0)))
         if driver.of(RequestPlan):
             driver.fail_plan()
-        if driver.machine.state is State.CLEARING:
+        if driver.machine.state is GoalPhase.CLEARING:
             break
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert 3.0 < driver.now - began < 4.5
     assert "no way" in driver.text
 
@@ -148,7 +148,7 @@ def test_deferred_plan_stops_the_robot_and_is_requested_again():
     driver.tick(seconds=1.0)
     driver.feed(PlanDeferred(driver.now, driver.one(RequestPlan).number, "the way is blocked"))
     driver.tick()
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.of(PublishStatus)
     assert driver.text == "waiting: the way is blocked"
     driver.tick(seconds=1.0)
@@ -162,14 +162,14 @@ def test_waiting_for_a_deferred_plan_uses_no_patience():
     driver = Driver(planner_frequency=1.0, planner_patience=2.0, controller_patience=5.0)
     driver.to_controlling()
     defer(driver, 30.0)
-    assert driver.machine.state is State.PLANNING
+    assert driver.machine.state is GoalPhase.PLANNING
     driver.tick(seconds=1.0)
     driver.fail_plan()
-    assert driver.machine.state is State.PLANNING
+    assert driver.machine.state is GoalPhase.PLANNING
     driver.tick(seconds=1.0)
     driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
     driver.feed(ControlFailed(driver.now))
-    assert driver.machine.state is State.PLANNING
+    assert driver.machine.state is GoalPhase.PLANNING
 
 
 def test_robot_waiting_for_a_deferred_plan_does_not_oscillate():
@@ -216,13 +216,13 @@ def recovering(**parameters) -> Driver:
     driver = Driver(planner_frequency=0.0, max_planning_retries=0, **parameters)
     driver.to_planning()
     driver.fail_plan()
-    assert driver.machine.state is State.CLEARING
+    assert driver.machine.state is GoalPhase.CLEARING
     return driver
 
 
 def test_recovery_begins_once_and_runs_each_cycle_until_it_ends():
     driver = recovering()
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     places = [Pose2D(0.1 * cycle, 0, 0) for cycle in range(3)]
     for cycle, pose in enumerate(places):
         driver.tick(pose)
@@ -231,7 +231,7 @@ def test_recovery_begins_once_and_runs_each_cycle_until_it_ends():
         assert driver.orders == [SendVelocity(Velocity(-0.1, 0.0))]
     driver.tick()
     driver.feed(RecoveryEnded(driver.now))
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     driver.tick()
     assert driver.of(RequestPlan)
 
@@ -281,7 +281,7 @@ def test_motion_of_a_recovery_is_not_progress():
     driver.to_controlling()
     indices, x = [], 0.0
     for _ in range(300):
-        x -= 0.6 if driver.machine.state is State.CLEARING else 0.0
+        x -= 0.6 if driver.machine.state is GoalPhase.CLEARING else 0.0
         driver.tick(Pose2D(x, 0, 0))
         for order in driver.of(RequestPlan):
             driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
@@ -302,7 +302,7 @@ def test_unknown_pose_stops_the_robot_with_the_reason():
     driver.tick()
     driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0)))
     driver.tick(None, reason="no odometry for 1.2 s")
-    assert driver.of(Stop)
+    assert driver.of(StopBase)
     assert driver.of(PublishStatus)
     assert driver.text == "waiting: no odometry for 1.2 s"
     driver.tick(None, reason="no odometry for 1.2 s")
@@ -316,7 +316,7 @@ def test_waiting_for_the_pose_uses_no_patience():
         driver.tick(None, seconds=1.0, reason="no localization yet")
     driver.tick()
     driver.fail_plan()
-    assert driver.machine.state is State.PLANNING
+    assert driver.machine.state is GoalPhase.PLANNING
     driver.tick()
     assert driver.of(RequestPlan)
 

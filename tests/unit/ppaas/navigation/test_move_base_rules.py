@@ -9,7 +9,7 @@ from ppaas.controllers.base import Velocity
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.navigation import events, move_base
-from ppaas.navigation.move_base import MoveBase, State
+from ppaas.navigation.move_base import GoalPhase, MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
 
 PLAN = np.zeros((2, 7))
@@ -65,9 +65,9 @@ class Rules(RuleBasedStateMachine):
                 case move_base.SendVelocity():
                     assert self.machine.goals.active is not None
                     self.moving = any(order.velocity)
-                case move_base.Stop():
+                case move_base.StopBase():
                     self.moving = False
-        if self.machine.state is not State.CLEARING:
+        if self.machine.state is not GoalPhase.CLEARING:
             self.recovering = None
 
     @rule(name=ids)

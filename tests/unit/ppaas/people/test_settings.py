@@ -5,13 +5,15 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.people.names import hears_coordinator, tracks_people
-from ppaas.people.settings import PeopleSettings, Zone, settings_of
+from ppaas.people.settings import CountingZone, PeopleSettings, settings_of
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
 
 
 def test_settings_are_read_as_they_were_written() -> None:
-    settings = PeopleSettings("named", [3], 2, {"3": "Ada"}, [Zone("hall", SQUARE)], history=True, retention_hours=2.0)
+    settings = PeopleSettings(
+        "named", [3], 2, {"3": "Ada"}, [CountingZone("hall", SQUARE)], history=True, retention_hours=2.0
+    )
     assert settings_of(msgspec.json.encode(settings)) == settings
 
 
@@ -39,7 +41,7 @@ def test_invalid_settings_are_refused_with_a_reason(text: str, words: str) -> No
 
 def test_corners_must_be_finite() -> None:
     with pytest.raises(InvalidInput, match="must be finite"):
-        PeopleSettings(zones=[Zone("a", [*SQUARE, (float("nan"), 0.0)])])
+        PeopleSettings(zones=[CountingZone("a", [*SQUARE, (float("nan"), 0.0)])])
 
 
 @pytest.mark.parametrize("name", ["torso_detector", "leg_detector", "people_tracker"])

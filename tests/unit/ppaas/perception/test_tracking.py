@@ -13,7 +13,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridMap
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.perception.tracking import FORGET, HITS, MovingObjects, Tracker
+from ppaas.perception.tracking import FORGET, HITS, MovingObjects, ObjectTracker
 from ppaas.perception.unmapped_objects import LARGEST, UnmappedObject, unmapped_objects_in
 from robots.sim.laser import Laser, LaserModel
 from tests.support.world.rooms import room
@@ -109,7 +109,7 @@ def test_a_person_who_is_no_longer_seen_is_forgotten() -> None:
 
 
 def test_a_scan_that_is_older_than_the_last_changes_nothing() -> None:
-    tracker = Tracker()
+    tracker = ObjectTracker()
     for scan in range(2 * HITS):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
     before = list(tracker.movers())
@@ -130,7 +130,7 @@ def test_a_person_is_tracked_after_the_clock_of_the_scans_was_set(set_by: float)
 
 
 def test_tracks_are_dropped_after_a_long_gap() -> None:
-    tracker = Tracker()
+    tracker = ObjectTracker()
     for scan in range(2 * HITS):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
     tracker.see([UnmappedObject(1.0, 0.0, 0.2)], 60.0)
@@ -138,7 +138,7 @@ def test_tracks_are_dropped_after_a_long_gap() -> None:
 
 
 def test_tracks_of_two_passing_people_are_not_swapped() -> None:
-    tracker = Tracker()
+    tracker = ObjectTracker()
     for scan in range(20):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2), UnmappedObject(2.0 - 0.1 * scan, 0.7, 0.2)], scan * PERIOD)
     velocities = sorted(round(mover.vx, 1) for mover in tracker.movers())
@@ -146,7 +146,7 @@ def test_tracks_of_two_passing_people_are_not_swapped() -> None:
 
 
 def test_left_places_follow_a_walking_person_once_each() -> None:
-    tracker, left = Tracker(), []
+    tracker, left = ObjectTracker(), []
     for scan in range(30):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
         left += tracker.left()
@@ -158,7 +158,7 @@ def test_left_places_follow_a_walking_person_once_each() -> None:
 
 
 def test_a_standing_person_leaves_no_discs() -> None:
-    tracker = Tracker()
+    tracker = ObjectTracker()
     for scan in range(20):
         tracker.see([UnmappedObject(1.0, 0.0, 0.2)], scan * PERIOD)
     assert tracker.left() == []

@@ -18,7 +18,7 @@ from ppaas.messages import decode
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_web_republisher import TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.recording import reader as reading
-from ppaas.recording.batches import Entry
+from ppaas.recording.batches import BatchedMessage
 from ppaas.recording.mcap_library import mcap_modules
 from ppaas.recording.parameters import checked_globs, recorder_parameters, selects
 from ppaas.recording.reader import MAGIC, McapDecoder, McapReader, decoded
@@ -206,7 +206,7 @@ def test_copy_of_nothing_is_a_file() -> None:
     assert read(output.getvalue())[1] == []
 
 
-def _with_repeated(repeated: Entry, other: Entry) -> bytes:
+def _with_repeated(repeated: BatchedMessage, other: BatchedMessage) -> bytes:
     stream = BytesIO()
     file = McapFile(stream, ABOUT)
     file.add(encoded(repeated), log_time=START)

@@ -15,7 +15,7 @@ from ppaas.tasks.assignment import (
     SPEED,
     URGENT,
     Array,
-    Candidate,
+    TaskRobot,
     assign,
     cheapest,
     straight,
@@ -33,8 +33,8 @@ def task(name: str, x: float = 0.0, **fields: object) -> Task:
     return Task(id=name, kind="go_to", places=((x, 0.0, 0.0),), **fields)  # type: ignore[arg-type]
 
 
-def robot(name: str, x: float = 0.0, **fields: object) -> Candidate:
-    return Candidate(name, (x, 0.0, 0.0), **fields)  # type: ignore[arg-type]
+def robot(name: str, x: float = 0.0, **fields: object) -> TaskRobot:
+    return TaskRobot(name, (x, 0.0, 0.0), **fields)  # type: ignore[arg-type]
 
 
 def naive(matrix: Array) -> tuple[int, float]:
@@ -65,7 +65,7 @@ def test_the_cheapest_pairs_are_those_of_a_search_through_all(matrix: Array) -> 
 def test_a_second_look_changes_nothing(
     starts: list[tuple[float, ...]], ends: list[tuple[float, ...]], data: st.DataObject
 ) -> None:
-    robots = [Candidate(f"r{number}", start) for number, start in enumerate(starts)]  # type: ignore[arg-type]
+    robots = [TaskRobot(f"r{number}", start) for number, start in enumerate(starts)]  # type: ignore[arg-type]
     ages = data.draw(st.lists(st.floats(0, 500), min_size=len(ends), max_size=len(ends)))
     tasks = [
         Task(id=f"t{number}", kind="go_to", places=(end,), created=age)  # type: ignore[arg-type]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Cancel, Dispatcher, Order, RobotNow, Send, Store
+from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Cancel, Dispatcher, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.records import Place, Task
 
 A, B, C = (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (20.0, 0.0, 0.0)
@@ -21,7 +21,7 @@ def sent(orders: list[Order]) -> list[tuple[str, str, Place]]:
 
 
 def stored(orders: list[Order]) -> list[Task]:
-    return [order.task for order in orders if isinstance(order, Store)]
+    return [order.task for order in orders if isinstance(order, StoreTask)]
 
 
 def begun(*tasks: Task, **robots: Place | None) -> Dispatcher:
@@ -35,7 +35,7 @@ def test_a_task_is_stored_before_its_goal_is_sent() -> None:
     dispatcher = Dispatcher([task()], 0.0)
     dispatcher.see(at(r=A), 0.0)
     orders = dispatcher.decide(1.0)
-    assert [type(order) for order in orders] == [Store, Send]
+    assert [type(order) for order in orders] == [StoreTask, Send]
     assert sent(orders) == [("r", "task-t-0-0", B)]
     assert (stored(orders)[0].state, stored(orders)[0].robot, stored(orders)[0].assigned) == ("assigned", "r", 1.0)
     assert dispatcher.decide(2.0) == []

@@ -11,7 +11,7 @@ from benchmarks.fleet.stand_ins.simulation import Simulation
 from ppaas.errors import InvalidInput
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.polygons import distances_to_edges
-from ppaas.traffic.coordinator import Coordinator, state_of
+from ppaas.traffic.coordinator import TrafficCoordinator, state_of
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.zones.shapes import LineString
 from ppaas.zones.zone import Lane, Zone
@@ -22,7 +22,7 @@ PARALLEL = hall(line((1, 1), (9, 1), (9, 2), (1, 2), (1, 1)))
 ZONE = Zone(LineString([[1.0, 6.0], [19.0, 6.0]]), Lane(name="main"))
 
 
-def coordinator_of(simulation: Simulation) -> Coordinator:
+def coordinator_of(simulation: Simulation) -> TrafficCoordinator:
     assert simulation.coordinator is not None
     return simulation.coordinator
 

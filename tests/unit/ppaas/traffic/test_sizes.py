@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from benchmarks.fleet.stand_ins.robot import StandIn
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.fleet.metric_roadmap import MetricRoadmap
-from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.coordinator import TrafficCoordinator
 from ppaas.traffic.room_in_cells import beside, nearest_in_cell
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import with_size
@@ -44,7 +44,7 @@ def make(radii: Sequence[float], _: TrafficParameters) -> MetricRoadmap:
 def simulation_of(seed: int, **options: float) -> Simulation:
     """Return a simulation of the hall without robots."""
     simulation = Simulation(make((SMALL, LARGE), TrafficParameters()), seed, **options)
-    simulation.coordinator = Coordinator(make, TrafficParameters())
+    simulation.coordinator = TrafficCoordinator(make, TrafficParameters())
     return simulation
 
 

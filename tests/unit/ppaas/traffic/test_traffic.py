@@ -12,7 +12,7 @@ from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from benchmarks.fleet.stand_ins.strips import CASES, ReportedCase
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import coordinator
-from ppaas.traffic.coordinator import Coordinator, checkpoint_of
+from ppaas.traffic.coordinator import TrafficCoordinator, checkpoint_of
 from ppaas.traffic.members import PERSON, ROBOT, Kind
 from ppaas.traffic.settings import TrafficParameters
 from tests.support.budget import examples
@@ -254,7 +254,7 @@ def test_a_larger_robot_needs_larger_cells() -> None:
         return roadmap_of("....\n....")
 
     simulation = fleet(1, 15)
-    simulation.coordinator = Coordinator(make, TrafficParameters())  # type: ignore[arg-type]
+    simulation.coordinator = TrafficCoordinator(make, TrafficParameters())  # type: ignore[arg-type]
     simulation.run(3.0)
     simulation.put(1.2, 0.6, radius=0.25)
     simulation.run(3.0)

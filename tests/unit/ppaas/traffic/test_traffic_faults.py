@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.lattice_roadmap import LatticeRoadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.coordinator import TrafficCoordinator
 from ppaas.traffic.settings import TrafficParameters
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
@@ -25,7 +25,7 @@ def fleet(robots: int, seed: int, **options: float) -> Simulation:
     return simulation
 
 
-def coordinator_of(simulation: Simulation) -> Coordinator:
+def coordinator_of(simulation: Simulation) -> TrafficCoordinator:
     """Return the coordinator of a simulation whose node runs."""
     assert simulation.coordinator is not None
     return simulation.coordinator
@@ -125,7 +125,7 @@ def narrow(radii: Sequence[float], _: TrafficParameters) -> MetricRoadmap:
 def in_narrow_hall(*cells: int) -> Simulation:
     """Return robots of 0.2 m in cells of the narrow hall."""
     simulation = Simulation(roadmap_of(AISLES), 6)
-    simulation.coordinator = Coordinator(narrow, TrafficParameters())
+    simulation.coordinator = TrafficCoordinator(narrow, TrafficParameters())
     for cell in cells:
         simulation.add(cell)
     return simulation

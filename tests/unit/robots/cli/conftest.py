@@ -9,7 +9,7 @@ from argon2 import PasswordHasher, profiles
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.cloud.command_line import PASSWORD, CommandLine

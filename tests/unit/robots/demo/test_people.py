@@ -14,7 +14,7 @@ from robots.demo.options import DemoOptions
 from robots.demo.people import PeopleStage, set_stage, write_changes
 from robots.demo.people_patrol import is_wanted
 from robots.demo.people_truth import TruthRecorder
-from robots.demo.people_world import PeopleWorld, Surroundings
+from robots.demo.people_world import Occluders, PeopleWorld
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -88,7 +88,7 @@ def truth_stage() -> PeopleWorld:
     world.add_robot(Pose2D(3.0, 3.0))
     for x in (5.0, 1.0):
         world.add_actor(ways, Pose2D(x, 3.0), iter([]))
-    return PeopleWorld(world, grid, Surroundings(world.occupied, grid.info), ways)
+    return PeopleWorld(world, grid, Occluders(world.occupied, grid.info), ways)
 
 
 def test_the_truth_is_kept_for_states_that_arrive_later(truth_stage: PeopleWorld) -> None:

@@ -6,7 +6,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.people_coordination import SensorView
-from robots.demo.people_world import HIDING, PERHAPS, PeopleWorld, Surroundings, build_world, present, visible_shares
+from robots.demo.people_world import HIDING, PERHAPS, Occluders, PeopleWorld, build_world, present, visible_shares
 from robots.sim.bodies.furniture import CHAIR
 from robots.sim.depth.camera import DepthCameraModel
 from tests.support.world.rooms import room
@@ -58,7 +58,7 @@ ROBOT = Pose2D(0.0, 0.0)
 
 def shares(*people: tuple[float, float], walls: np.ndarray | None = None, discs: tuple = ()) -> list[float]:
     occupied = np.zeros(INFO.shape, bool) if walls is None else walls
-    return visible_shares(Surroundings(occupied, INFO, discs), ROBOT, [VIEW], np.array(people)).tolist()
+    return visible_shares(Occluders(occupied, INFO, discs), ROBOT, [VIEW], np.array(people)).tolist()
 
 
 def test_a_person_in_front_is_wholly_in_view_and_one_far_out_of_range_or_behind_is_not() -> None:

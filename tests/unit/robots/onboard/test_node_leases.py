@@ -7,7 +7,7 @@ import pytest
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import Unavailable
 from ppaas.messages.ppaas_msgs import HoldNodeResponse, TopicMessage
-from robots.onboard.executor.protocol import NodeState
+from robots.onboard.executor.protocol import NodeReport
 from robots.onboard.node_leases import NodeLeases
 from robots.onboard.node_monitor_client import NodeSnapshot
 
@@ -26,7 +26,7 @@ class FakeMonitor:
         self.known[node] = len(self.known) + 1
         return HoldNodeResponse(self.known[node], "taken")
 
-    async def hold_node(self, node: str, lease: int, state: NodeState, heard: list[str]) -> HoldNodeResponse:
+    async def hold_node(self, node: str, lease: int, state: NodeReport, heard: list[str]) -> HoldNodeResponse:
         self.calls.append((node, lease, state.state, state.seconds, heard))
         return HoldNodeResponse(lease if self.known.get(node) == lease else 0, unheard=[MISSED])
 
@@ -50,7 +50,7 @@ async def test_a_node_is_synchronized_when_its_lease_was_renewed(leases: NodeLea
     assert (await leases.take("amcl")).state == "taken"
     assert ("amcl" in leases, "move_base" in leases, leases.nodes()) == (True, False, ("amcl",))
     assert leases.synchronized() == frozenset()
-    assert await leases.renew("amcl", NodeState("moved"), []) == [MISSED]
+    assert await leases.renew("amcl", NodeReport("moved"), []) == [MISSED]
     assert leases.synchronized() == {"amcl"}
     await leases.take("amcl")
     assert leases.synchronized() == frozenset(), "a new lease begins anew"
@@ -59,7 +59,7 @@ async def test_a_node_is_synchronized_when_its_lease_was_renewed(leases: NodeLea
 async def test_a_renewal_has_the_state_of_the_node_or_its_last_one(leases: NodeLeases, monitor: FakeMonitor) -> None:
     await leases.take("amcl")
     await leases.renew("amcl", None, ["a"])
-    await leases.renew("amcl", NodeState("moved", 0.1), ["a", "b"])
+    await leases.renew("amcl", NodeReport("moved", 0.1), ["a", "b"])
     await leases.renew("amcl", None, [])
     assert monitor.calls == [
         ("amcl", 1, "taken", 0.0, ["a"]),
@@ -73,7 +73,7 @@ async def test_a_lease_that_the_node_monitor_does_not_know_is_not_renewed(
 ) -> None:
     await leases.take("amcl")
     monitor.known.clear()
-    assert await leases.renew("amcl", NodeState("moved"), []) is None
+    assert await leases.renew("amcl", NodeReport("moved"), []) is None
     assert leases.synchronized() == frozenset()
     assert "amcl" in leases, "the caller decides whether to drop it"
 
@@ -117,7 +117,7 @@ async def test_changes_of_a_log_are_reported_until_they_arrive(leases: NodeLease
     reported: list[tuple[list[tuple[int, bytes]], list[int]]] = []
     hold_node, reachable = monitor.hold_node, False
 
-    async def hold(node: str, lease: int, state: NodeState, heard: list[str]) -> HoldNodeResponse:
+    async def hold(node: str, lease: int, state: NodeReport, heard: list[str]) -> HoldNodeResponse:
         reported.append((state.log, state.obsolete))
         if not reachable:
             raise Unavailable("the link is down")
@@ -126,9 +126,9 @@ async def test_changes_of_a_log_are_reported_until_they_arrive(leases: NodeLease
     monitor.hold_node = hold  # type: ignore[method-assign]
     await leases.take("grid_slam")
     with pytest.raises(Unavailable):
-        await leases.renew("grid_slam", NodeState("1", log=[(0, b"a"), (1, b"b")]), [])
+        await leases.renew("grid_slam", NodeReport("1", log=[(0, b"a"), (1, b"b")]), [])
     reachable = True
-    await leases.renew("grid_slam", NodeState("2", log=[(2, b"c")], obsolete=[0]), [])
+    await leases.renew("grid_slam", NodeReport("2", log=[(2, b"c")], obsolete=[0]), [])
     await leases.renew("grid_slam", None, [])
     assert reported == [([(0, b"a"), (1, b"b")], []), ([(1, b"b"), (2, b"c")], [0]), ([], [])]
     leases.note("grid_slam", NodeSnapshot("3", [], LogChange([LogEntry(3, b"d")], [])))
@@ -142,9 +142,9 @@ async def test_changes_of_all_logs_are_kept_if_the_renewal_of_another_node_fails
     await leases.take("amcl")
     await leases.take("grid_slam")
     change = LogChange([LogEntry(0, b"a")], [])
-    states = leases.collect({"grid_slam": NodeState("1", log=[(0, b"a")]), "amcl": NodeState("2")})
-    assert states == {"grid_slam": NodeState("1"), "amcl": NodeState("2")}
+    states = leases.collect({"grid_slam": NodeReport("1", log=[(0, b"a")]), "amcl": NodeReport("2")})
+    assert states == {"grid_slam": NodeReport("1"), "amcl": NodeReport("2")}
     # The renewal of amcl fails here, and the executor reports no change in its next states.
-    leases.collect({"grid_slam": NodeState("3"), "amcl": NodeState("4")})
+    leases.collect({"grid_slam": NodeReport("3"), "amcl": NodeReport("4")})
     await leases.give_back("grid_slam", leases.drop("grid_slam"))
     assert monitor.calls == [("grid_slam", 2, NodeSnapshot("taken", [], change), "")]

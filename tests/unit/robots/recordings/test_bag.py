@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.recording.reader import Message
+from ppaas.recording.reader import RecordedMessage
 from robots.recordings.bag import Bag, is_bag_file
 from robots.recordings.reader import is_bag, read_recording
 from tests.support.fuzzing import EXAMPLES
@@ -38,7 +38,7 @@ def single(tmp_path: Path, kind: str, scans: int = SCANS) -> Path:
     return bag / f"drive.{kind}" if bag.is_dir() else bag
 
 
-def read(path: Path) -> tuple[list[Message], Bag]:
+def read(path: Path) -> tuple[list[RecordedMessage], Bag]:
     bag = Bag(path)
     return list(bag.messages()), bag
 

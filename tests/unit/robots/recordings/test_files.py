@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ppaas.errors import InvalidInput
-from ppaas.recording.reader import Channel, Message
+from ppaas.recording.reader import RecordedChannel, RecordedMessage
 from robots.recordings.bag import Bag
 from robots.recordings.bag_objects import BagObjects, full_type
 from robots.recordings.files import files_of
@@ -105,8 +105,8 @@ def test_messages_are_read_by_the_definition_in_the_bag_or_by_the_release(
 
 
 def test_types_that_the_release_lacks_are_read() -> None:
-    channel = Channel("/old", "cdr", "old_msgs/Pair", "ros2msg", b"uint8 first\nfloat32 second\n", {})
-    found = BagObjects().read(Message(channel, 0, 0, 0, b"\x00\x01\x00\x00\x07\x00\x00\x00\x00\x00\x80\x3f"))
+    channel = RecordedChannel("/old", "cdr", "old_msgs/Pair", "ros2msg", b"uint8 first\nfloat32 second\n", {})
+    found = BagObjects().read(RecordedMessage(channel, 0, 0, 0, b"\x00\x01\x00\x00\x07\x00\x00\x00\x00\x00\x80\x3f"))
     assert (found.first, found.second) == (7, 1.0)
 
 
@@ -125,11 +125,16 @@ def test_types_are_known_by_their_names_in_ros_1_ros_2_and_dds(name: str) -> Non
 
 def test_idl_is_read() -> None:
     text = b"=" * 80 + b"\nIDL: a/msg/B\nmodule a { module msg { struct B { long first; }; }; };\n"
-    channel = Channel("/idl", "cdr", "a/msg/B", "ros2idl", text, {})
-    assert BagObjects().read(Message(channel, 0, 0, 0, b"\x00\x01\x00\x00\x05\x00\x00\x00")).first == 5
+    channel = RecordedChannel("/idl", "cdr", "a/msg/B", "ros2idl", text, {})
+    assert BagObjects().read(RecordedMessage(channel, 0, 0, 0, b"\x00\x01\x00\x00\x05\x00\x00\x00")).first == 5
 
 
 def test_damaged_messages_are_counted() -> None:
     objects = BagObjects()
-    assert objects.read(Message(Channel("/scan", "cdr", SCAN, "", b"", {}), 0, 0, 0, b"\x00\x01\x00\x00\x01")) is None
+    assert (
+        objects.read(
+            RecordedMessage(RecordedChannel("/scan", "cdr", SCAN, "", b"", {}), 0, 0, 0, b"\x00\x01\x00\x00\x01")
+        )
+        is None
+    )
     assert objects.damaged == {"/scan": 1}

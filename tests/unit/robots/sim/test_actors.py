@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from robots.sim.actors import Actor, Leave, Script, Stay, Walk, come_and_go, sit, talk, wander
+from robots.sim.actors import Actor, LeaveMap, Script, Stay, Walk, come_and_go, sit, talk, wander
 from robots.sim.bodies.furniture import chair, furnished
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
@@ -22,7 +22,7 @@ def play(world: World, seconds: float) -> None:
         world.step()
 
 
-def actor(world: World, at: Pose2D, *script: Walk | Stay | Leave) -> Actor:
+def actor(world: World, at: Pose2D, *script: Walk | Stay | LeaveMap) -> Actor:
     return world.add_actor(paths(world), at, iter(script))
 
 
@@ -41,7 +41,7 @@ def test_an_actor_walks_to_places_and_stays_after_the_last() -> None:
 def test_someone_who_left_is_out_of_sight_and_comes_back_to_the_same_place() -> None:
     world = World(GRID, bodies=True)
     robot = world.add_robot(Pose2D(4.0, 3.0))
-    person = actor(world, Pose2D(2.0, 3.0), Leave(2.0))
+    person = actor(world, Pose2D(2.0, 3.0), LeaveMap(2.0))
     play(world, 1.0)
     assert not person.present
     assert min(value for value in robot.scan().ranges if value is not None) > 2.0
@@ -52,7 +52,7 @@ def test_someone_who_left_is_out_of_sight_and_comes_back_to_the_same_place() -> 
 
 def test_someone_who_comes_back_waits_until_the_place_is_free() -> None:
     world = World(GRID)
-    person = actor(world, Pose2D(2.0, 3.0), Leave(0.5))
+    person = actor(world, Pose2D(2.0, 3.0), LeaveMap(0.5))
     play(world, 0.3)
     actor(world, Pose2D(2.0, 3.2), Stay(2.0), Walk(Pose2D(6.0, 3.0)))
     play(world, 1.0)

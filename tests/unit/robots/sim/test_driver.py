@@ -19,7 +19,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.compressed_depth import decompress
 from robots.client.robot_client import RobotClient
 from robots.sim.depth.camera import DepthCameraModel
-from robots.sim.driver import Driver, Schedule, SensorRates
+from robots.sim.driver import Driver, FixedRate, SensorRates
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.world import World
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -113,18 +113,18 @@ async def test_a_robot_with_a_camera_publishes_its_mount_and_depth_images(
 
 @given(st.floats(0.5, 200.0), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40))
 def test_a_schedule_keeps_its_rate_without_catching_up(rate: float, waits: list[float]) -> None:
-    schedule, now, taken = Schedule(rate, 10.0), 10.0, []
+    schedule, now, taken = FixedRate(rate, 10.0), 10.0, []
     for wait in waits:
         now += wait
         if schedule.take(now):
             taken.append(now)
             assert not schedule.take(now)
-        assert now - Schedule.SLACK < schedule.next <= now + 1.0 / rate + Schedule.SLACK
+        assert now - FixedRate.SLACK < schedule.next <= now + 1.0 / rate + FixedRate.SLACK
     assert len(taken) <= (now - 10.0) * rate + 2
 
 
 def test_a_schedule_does_not_drift() -> None:
-    schedule, taken = Schedule(20.0, 0.0), 0
+    schedule, taken = FixedRate(20.0, 0.0), 0
     for millisecond in range(59_990):
         taken += schedule.take(millisecond / 1000.0)
     assert taken == 60 * 20

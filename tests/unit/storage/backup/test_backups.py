@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from ppaas.errors import Conflict, Damaged, InvalidInput, NotFound, Unavailable
-from storage.backup.manifest import Manifest
+from storage.backup.manifest import BackupManifest
 from storage.backup.reading import Archive, LeftOut, kinds_of, restore_epochs
 from storage.backup.repository import LOCK, Repository
 from storage.backup.sealing import read_key
@@ -45,7 +45,7 @@ def place(tmp_path: Path) -> str:
     return str(tmp_path / "backups")
 
 
-def back_up(place: str, store: Any, maps: Any = None, key: bytes | None = None) -> Manifest:
+def back_up(place: str, store: Any, maps: Any = None, key: bytes | None = None) -> BackupManifest:
     repository = Repository.at(place, key, create=True)
     with repository.locked() as lock:
         writer = BackupWriter(repository, Sources(store, maps, {"store": "memory"}), lock.renew)

@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from ppaas.errors import NotFound, Unavailable
-from storage.files.log_entries import LogEntry, decode_entry, encode_entry
+from storage.files.log_entries import MapLogEntry, decode_entry, encode_entry
 from storage.files.store import FileMapStore
-from storage.records import MapChange
+from storage.records import ProposedChange
 from tests.support.storage.records import found_map, house, pgm, put_map
 
 OLD = house(image=pgm(value=0))
@@ -34,7 +34,7 @@ def test_a_stray_file_in_the_folder_is_not_a_map(tmp_path: Path) -> None:
         put_map(store, house("README"))
 
 
-ENTRY = LogEntry(3, "ann", ("bob",), "a house", removed=(1, 2))
+ENTRY = MapLogEntry(3, "ann", ("bob",), "a house", removed=(1, 2))
 
 
 # Entries of a map's log have a checksum; a damaged one makes its own map unusable, and no other.
@@ -49,13 +49,13 @@ def test_an_entry_of_an_earlier_release_without_a_checksum_is_read() -> None:
 
 
 def test_an_earlier_release_reads_an_entry_with_a_checksum() -> None:
-    assert msgspec.json.decode(encode_entry(ENTRY), type=LogEntry) == ENTRY
+    assert msgspec.json.decode(encode_entry(ENTRY), type=MapLogEntry) == ENTRY
 
 
 def test_a_review_of_an_earlier_release_names_no_places_of_a_robot() -> None:
     review = b'{"number":2,"version":"b","base":"a","created":0.0,"author":"ann","change":{"free":3}}'
     entry = decode_entry(b'{"era":1,"reviews":[' + review + b"]}", "house/log/1")
-    assert entry.reviews[0].change == MapChange(free=3, confirmed=None)
+    assert entry.reviews[0].change == ProposedChange(free=3, confirmed=None)
 
 
 def test_any_changed_byte_after_the_name_of_the_checksum_is_noticed() -> None:

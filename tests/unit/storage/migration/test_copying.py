@@ -16,7 +16,7 @@ from ppaas.plans.history import PlannerHistory
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from storage.migration.copying import Compared, Copied, RecordKind, compare, copy
+from storage.migration.copying import Compared, Copied, StoredKind, compare, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
 from storage.people import PeopleCount
@@ -33,11 +33,11 @@ SIZES = {
 }  # fmt: skip
 
 
-def migrate(kinds: tuple[RecordKind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
+def migrate(kinds: tuple[StoredKind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
     return {kind.name: list(copy(kind, source, target, **options))[-1] for kind in kinds}
 
 
-def check(kinds: tuple[RecordKind[Any], ...], source: Any, target: Any) -> dict[str, Compared]:
+def check(kinds: tuple[StoredKind[Any], ...], source: Any, target: Any) -> dict[str, Compared]:
     return {kind.name: list(compare(kind, source, target))[-1] for kind in kinds}
 
 

@@ -21,7 +21,7 @@ from storage.encoding import encode
 from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 from storage.sqlite import plan_rows
-from storage.sqlite.connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
+from storage.sqlite.connections import APPLICATION_ID, MIGRATIONS, SqliteConnections, SqliteSchema
 from storage.sqlite.plan_counts import MAX_UNCOUNTED
 from storage.sqlite.plan_schema import move_plans
 from storage.sqlite.plan_writes import MAX_REMEMBERED, IdCache, KnownIds
@@ -72,7 +72,7 @@ def assert_sound(file: Path) -> None:
 def test_plans_of_an_earlier_release_are_migrated_and_share_segments(file: Path) -> None:
     earlier = next(number for number, steps in enumerate(MIGRATIONS) if move_plans in steps)
     kept = [path("a"), path("b"), path("c", 1.0)]
-    connections = SqliteConnections(file, schema=Schema(APPLICATION_ID, MIGRATIONS[:earlier]))
+    connections = SqliteConnections(file, schema=SqliteSchema(APPLICATION_ID, MIGRATIONS[:earlier]))
     with connections.writing() as connection:
         for record in (*kept, plan("empty", poses=b"")):
             row = (record.id, record.map, record.created, encode(record))

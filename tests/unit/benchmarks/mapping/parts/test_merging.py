@@ -4,7 +4,7 @@ import pytest
 from benchmarks.mapping.parts import pairs
 from benchmarks.mapping.parts.lifelong import mapped as mapped_hours
 from benchmarks.mapping.parts.lifelong import rows
-from benchmarks.mapping.parts.merging import Drive, figures_of, halves
+from benchmarks.mapping.parts.merging import DriveLog, figures_of, halves
 from benchmarks.mapping.parts.merging import row as merged_row
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from tests.support.world.merge_drives import first_drive, first_mapping, second_mapping
@@ -19,7 +19,7 @@ def result(tmp_path_factory):
     # The true poses stand in for those of the whole drive, which is not mapped.
     (folder / "ring.posegraph").write_bytes(b"".join(pack_mapping(first_mapping())))
     np.save(folder / "ring.npy", drive.true)
-    return halves(Drive("ring", drive.log, drive.true), folder)
+    return halves(DriveLog("ring", drive.log, drive.true), folder)
 
 
 def test_halves_of_a_drive_are_merged_and_compared(result):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import NOISE
-from benchmarks.navigation.barn.navigator import PERIOD, DeadEnds, Navigator
+from benchmarks.navigation.barn.navigator import PERIOD, BarnNavigator, DeadEnds
 from benchmarks.navigation.barn.run import make_navigator
 from benchmarks.navigation.barn.scan_matching import ARC, DEPTH, MOST, smoothed
 from benchmarks.navigation.barn.worlds import START, BarnWorld
@@ -26,7 +26,7 @@ GOAL = Pose2D(10.0, 0.0)
 JACKAL = NOISE["hard"]
 
 
-def pilot() -> Navigator:
+def pilot() -> BarnNavigator:
     return make_navigator("mppi", GOAL, JACKAL.drive)
 
 

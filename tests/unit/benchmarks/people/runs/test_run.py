@@ -11,7 +11,7 @@ from benchmarks.people.runs.run import TrackRecord
 from benchmarks.people.runs.scene import GAP, hang_mirrors
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from robots.demo.people_score import Frame
+from robots.demo.people_score import ScoredFrame
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -20,10 +20,10 @@ from tests.unit.benchmarks.people.runs.results import JOB, RESULT
 AT = np.array([[0.0, 0.0], [5.0, 0.0]])
 
 
-def frame(identities: dict[int, int], *, edge: tuple[int, ...] = ()) -> Frame:
+def frame(identities: dict[int, int], *, edge: tuple[int, ...] = ()) -> ScoredFrame:
     at_edge = np.isin(np.arange(2), edge)
     positions = AT[list(identities.values())].reshape(-1, 2)
-    return Frame(~at_edge, at_edge, list(identities), positions, dict(identities))
+    return ScoredFrame(~at_edge, at_edge, list(identities), positions, dict(identities))
 
 
 def test_right_tracks_have_metrics_of_one() -> None:

@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditEvent
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.unit.endpoints.conftest import LogIn
 
 

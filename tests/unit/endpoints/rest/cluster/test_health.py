@@ -9,8 +9,8 @@ import httpx
 import msgspec
 import pytest
 
-from endpoints.services.services import Services
-from endpoints.services.store_health import StoreHealthCheck
+from endpoints.resources.services import Services
+from endpoints.resources.store_health import StoreHealthCheck
 from engine.leadership.leadership import MASTER
 from engine.specs.start_state import READY, KernelProgress, StartState
 from ppaas import __version__

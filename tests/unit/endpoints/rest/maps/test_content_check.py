@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from PIL.ImageFile import ImageFile
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, pgm
 from tests.unit.endpoints.conftest import LogIn, Publish

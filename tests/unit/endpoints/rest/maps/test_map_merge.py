@@ -6,8 +6,8 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditQuery
+from endpoints.resources.services import Services
 from endpoints.rest.maps import map_merge
-from endpoints.services.services import Services
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.merging.merge import merge
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping

@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditQuery
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import pgm
 from tests.unit.endpoints.conftest import LogIn, Publish

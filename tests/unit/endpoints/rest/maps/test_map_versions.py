@@ -6,7 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of

@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditQuery
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.zones.reading import zones_of
 from storage.records import Publication
 from tests.support.endpoints.fake_cloud import FakeCloud

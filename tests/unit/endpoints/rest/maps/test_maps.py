@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.specs.containers import MapVersion
 from ppaas.errors import Unavailable
 from ppaas.plans.history import PlannerHistory

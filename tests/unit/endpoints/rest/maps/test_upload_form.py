@@ -7,8 +7,8 @@ from collections.abc import AsyncIterator
 import httpx
 import pytest
 
+from endpoints.resources.services import Services
 from endpoints.rest.maps.multipart import MAX_WAITING, MIN_BATCH, consume
-from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish
 

@@ -3,8 +3,8 @@
 import httpx
 import pytest
 
-from endpoints.services.services import Services
-from engine.service.views import PeopleGroupView
+from endpoints.resources.services import Services
+from engine.control.views import PeopleGroupView
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings

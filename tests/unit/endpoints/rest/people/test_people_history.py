@@ -3,16 +3,16 @@
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.messages.people_coordination import ZoneCount
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from storage.people import HOUR, MapPeople, PeopleCount
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 HISTORY = "/v1/maps/house/people/history"
-DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+DOOR = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 NOW = 500_000 * HOUR
 """Start of the current hour [s since the epoch]."""
 

@@ -15,7 +15,7 @@ from endpoints.rest.plans import fast_path
 from endpoints.rest.plans.fleet_plans import FleetFile, FleetPlanAnswer
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.strict_json import parse
-from engine.service.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
+from engine.control.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
 from ppaas.plans.path_service import PathAnswer, PathRequest
 from tests.unit.endpoints.conftest import LogIn, Publish
 

@@ -6,8 +6,8 @@ import httpx
 import numpy as np
 import pytest
 
+from endpoints.resources.services import Services
 from endpoints.rest.plans.schemas import FoundPlans, Parts, PlanSummary, StatisticsAnswer
-from endpoints.services.services import Services
 from ppaas.geometry import poses_along
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import plan

@@ -3,9 +3,9 @@
 import httpx
 import pytest
 
+from endpoints.resources import installed_planners
+from endpoints.resources.services import Services
 from endpoints.rest.plans.evaluation import EvaluationAnswer
-from endpoints.services import installed_planners
-from endpoints.services.services import Services
 from ppaas.planners import planner_names
 from ppaas.planners.catalogue import entry
 from ppaas.plans.history import LinkHistory, compared_row, computed_row, failed_row, found_row

@@ -7,9 +7,9 @@ from typing import Any, NoReturn
 import httpx
 import pytest
 
+from endpoints.resources import plan_writer
+from endpoints.resources.services import Services
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanAnswer
-from endpoints.services import plan_writer
-from endpoints.services.services import Services
 from engine.specs.containers import MapVersion
 from ppaas import errors
 from ppaas.plans.path_service import PathRequest

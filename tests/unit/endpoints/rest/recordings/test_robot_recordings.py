@@ -10,7 +10,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.errors import Conflict
 from ppaas.messages.health.watching import RecorderState, StartRecordingRequest
 from storage.recordings import RecordingsFolder

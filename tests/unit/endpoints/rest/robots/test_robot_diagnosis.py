@@ -4,7 +4,7 @@ import httpx
 import msgspec
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.master.places import robot_key
 from engine.master.quotas import Quota
 from ppaas.diagnosis.observations.facts import FrameFacts, LinkFacts

@@ -3,9 +3,9 @@
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
+from engine.control import robot_navigation
 from engine.master.places import robot_key
-from engine.service import robot_navigation
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.still_place import StillRobot

@@ -8,9 +8,9 @@ import httpx
 import numpy as np
 import pytest
 
-from endpoints.services.joint_maps import RobotMap
-from endpoints.services.publications import ProgressFile, Stage
-from endpoints.services.services import Services
+from endpoints.resources.joint_maps import RobotMap
+from endpoints.resources.publications import ProgressFile, Stage
+from endpoints.resources.services import Services
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.maps.formats.map_files import load_map

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from endpoints.audit.event import AuditQuery
+from endpoints.resources.services import Services
 from endpoints.rest.robots.robot_shares import MAX_SHARES
-from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.geometry import poses_along
 from storage.sharing_records import Share

@@ -8,8 +8,8 @@ from typing import Any
 import httpx
 import pytest
 
+from endpoints.resources.services import Services
 from endpoints.robot_checks.clone_checker import CloneChecker
-from endpoints.services.services import Services
 from engine.specs.clone_to_check import CloneToCheck
 from ppaas.errors import NotFound, RobotFault, Unavailable
 from tests.support.endpoints.problems import problem_of

@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from engine.master.places import robot_key
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.robot_model.known_models import model_names, robot_model

@@ -5,8 +5,8 @@ import asyncio
 import httpx
 import pytest
 
+from endpoints.resources.services import Services
 from endpoints.rest.users.schemas import MAX_GROUPS
-from endpoints.services.services import Services
 from storage.sharing_records import Share
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import robot

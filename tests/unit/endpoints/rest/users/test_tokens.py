@@ -7,7 +7,7 @@ import pytest
 
 from endpoints.accounts.shared_logins import USER_AT_ADDRESS
 from endpoints.accounts.tokens import token_id
-from endpoints.services.services import Services
+from endpoints.resources.services import Services
 from ppaas.clock import ManualClock
 from storage.sharing_records import Share
 from tests.support.endpoints.problems import problem_of

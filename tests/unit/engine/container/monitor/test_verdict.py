@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.facts import MonitoredNode, NetworkLink, RobotComputer
 from engine.container.monitor.measurements import KEPT, History, TopicRates
 from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
 from engine.container.monitor.verdict import asked, judge
@@ -19,10 +19,10 @@ from ppaas.nodes.base import Demands
 from ppaas.nodes.torso_detector.node import TorsoDetectorNode
 
 PLAIN = NodeMonitorParameters()
-PI = Robot(4, 1.5, 1.0, ("driver",))
-LAPTOP = Robot(8, 3.0, 5.0, ("driver",))
-GOOD, BAD = Link(0.005, 10e6), Link(0.3, 100e3)
-DRIVER = NodeFacts("driver", Demands(0.6), {"scan": 80e3})
+PI = RobotComputer(4, 1.5, 1.0, ("driver",))
+LAPTOP = RobotComputer(8, 3.0, 5.0, ("driver",))
+GOOD, BAD = NetworkLink(0.005, 10e6), NetworkLink(0.3, 100e3)
+DRIVER = MonitoredNode("driver", Demands(0.6), {"scan": 80e3})
 
 
 def test_raspberry_pi_is_served_by_the_cloud_on_any_link() -> None:
@@ -39,8 +39,8 @@ def test_strong_robot_with_a_bad_link_runs_the_node() -> None:
 
 
 def test_node_with_high_data_rates_runs_on_the_robot() -> None:
-    image = NodeFacts("driver", Demands(0.6), {"image": 9e6})
-    middling = Robot(4, 3.0, 2.0, ("driver",))
+    image = MonitoredNode("driver", Demands(0.6), {"image": 9e6})
+    middling = RobotComputer(4, 3.0, 2.0, ("driver",))
     first = NodeMonitorParameters(priorities=("network_bandwidth", "computation_power"))
     assert judge(middling, GOOD, DRIVER, first).home == "cloud"
     verdict = judge(middling, GOOD, image, first)
@@ -50,19 +50,21 @@ def test_node_with_high_data_rates_runs_on_the_robot() -> None:
 
 def test_the_torso_detector_runs_where_the_images_are_although_amcl_runs_in_the_cloud() -> None:
     """On a robot a little faster than a Raspberry Pi 4; on the Pi itself if bandwidth is the first criterion."""
-    better = Robot(4, 1.8, 1.5, ("torso_detector", "amcl"))
-    detector, amcl = (NodeFacts(kind.name, kind.demands, kind.demands.rates) for kind in (TorsoDetectorNode, AmclNode))
+    better = RobotComputer(4, 1.8, 1.5, ("torso_detector", "amcl"))
+    detector, amcl = (
+        MonitoredNode(kind.name, kind.demands, kind.demands.rates) for kind in (TorsoDetectorNode, AmclNode)
+    )
     verdict = judge(better, GOOD, detector, PLAIN)
     assert verdict.home == "robot"
     assert any("its topics would use 24576 KB/s" in reason for reason in verdict.reasons)
     assert judge(better, GOOD, amcl, PLAIN).home == "cloud"
-    pi = Robot(PI.cores, PI.clock, PI.benchmark, better.nodes)
+    pi = RobotComputer(PI.cores, PI.clock, PI.benchmark, better.nodes)
     first = NodeMonitorParameters(priorities=("network_bandwidth", "computation_power"))
     assert (judge(pi, GOOD, detector, PLAIN).home, judge(pi, GOOD, detector, first).home) == ("cloud", "robot")
 
 
 def test_time_critical_node_runs_on_a_capable_robot() -> None:
-    middling = Robot(4, 2.0, 2.2, ("driver",))
+    middling = RobotComputer(4, 2.0, 2.2, ("driver",))
     assert judge(middling, GOOD, DRIVER, PLAIN).home == "cloud"
     assert judge(middling, GOOD, replace(DRIVER, demands=Demands(0.6, time_critical=True)), PLAIN).home == "robot"
     assert judge(middling, GOOD, DRIVER, NodeMonitorParameters(time_critical=("driver",))).home == "robot"
@@ -80,7 +82,7 @@ def test_measured_times_of_both_homes_are_compared() -> None:
     measured = NodeMonitorParameters(priorities=("node_properties",))
     slow_there = replace(DRIVER, cloud_seconds=0.002, robot_seconds=0.5)
     slow_here = replace(DRIVER, cloud_seconds=0.4, robot_seconds=0.01)
-    middling = Robot(2, 1.5, 0.9, ("driver",))
+    middling = RobotComputer(2, 1.5, 0.9, ("driver",))
     assert judge(middling, GOOD, slow_there, measured).home == "cloud"
     assert judge(middling, GOOD, slow_here, measured).home == "robot"
     assert "500 ms on the robot, and 7 ms in the cloud" in judge(middling, GOOD, slow_there, measured).reasons[0]
@@ -101,7 +103,7 @@ def test_measured_times_of_both_homes_are_compared() -> None:
         (LAPTOP, replace(DRIVER, taken=99.0), "and the robot has 0.00 left"),
     ],
 )
-def test_cloud_runs_nodes_that_the_robot_cannot(robot: Robot | None, node: NodeFacts, reason: str) -> None:
+def test_cloud_runs_nodes_that_the_robot_cannot(robot: RobotComputer | None, node: MonitoredNode, reason: str) -> None:
     verdict = judge(robot, BAD, node, PLAIN)
     assert (verdict.home, verdict.score, len(verdict.reasons)) == ("cloud", 1.0, 1)
     assert reason in verdict.reasons[0]
@@ -115,9 +117,9 @@ def test_requested_home_is_granted() -> None:
 @pytest.mark.parametrize("number", [0.0, -1.0, math.nan, math.inf])
 def test_invalid_numbers_are_refused_by_name(number: float) -> None:
     with pytest.raises(InvalidInput, match="benchmark must be a positive number"):
-        Robot(4, 1.5, number)
+        RobotComputer(4, 1.5, number)
     with pytest.raises(InvalidInput, match="rtt must be a positive number"):
-        Link(number, 1.0)
+        NetworkLink(number, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -137,10 +139,10 @@ def test_invalid_priorities_are_refused(given_: dict[str, Any], match: str) -> N
 
 positive = st.floats(0.01, 100.0)
 seconds = st.floats(1e-4, 2.0)
-robots = st.builds(Robot, st.integers(1, 64), positive, positive, st.just(("driver",)))
-links = st.builds(Link, seconds, st.floats(1e3, 1e9))
+robots = st.builds(RobotComputer, st.integers(1, 64), positive, positive, st.just(("driver",)))
+links = st.builds(NetworkLink, seconds, st.floats(1e3, 1e9))
 nodes = st.builds(
-    NodeFacts,
+    MonitoredNode,
     st.just("driver"),
     st.builds(Demands, st.floats(0.0, 10.0), st.booleans()),
     st.dictionaries(st.sampled_from(["scan", "odom", "image"]), st.floats(0.0, 1e8)),
@@ -151,7 +153,7 @@ nodes = st.builds(
 parameters = st.builds(NodeMonitorParameters, st.lists(st.sampled_from(CRITERIA), min_size=1, unique=True).map(tuple))
 
 
-def score(robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters) -> float:
+def score(robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters) -> float:
     verdict = judge(robot, link, node, by)
     assert -1.0 <= verdict.score <= 1.0
     assert (verdict.home == "cloud") == (verdict.score >= 0.0)
@@ -160,7 +162,7 @@ def score(robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters) 
 
 @given(robots, links, nodes, parameters, st.sampled_from(["cores", "clock", "benchmark"]), st.integers(1, 9))
 def test_stronger_robot_never_loses_a_node(
-    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, what: str, more: int
+    robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters, what: str, more: int
 ) -> None:
     stronger = msgspec.structs.replace(robot, **{what: getattr(robot, what) + more})
     assert score(stronger, link, node, by) <= score(robot, link, node, by) + 1e-9
@@ -168,7 +170,7 @@ def test_stronger_robot_never_loses_a_node(
 
 @given(robots, links, nodes, parameters, st.floats(1.0, 50.0))
 def test_better_link_never_moves_a_node_to_the_robot(
-    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, times: float
+    robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters, times: float
 ) -> None:
     before = score(robot, link, node, by)
     assert score(robot, msgspec.structs.replace(link, bandwidth=link.bandwidth * times), node, by) >= before - 1e-9
@@ -177,7 +179,7 @@ def test_better_link_never_moves_a_node_to_the_robot(
 
 @given(robots, links, nodes, parameters, st.floats(0.0, 10.0))
 def test_higher_demand_or_robot_time_favours_the_cloud(
-    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
+    robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters, more: float
 ) -> None:
     before = score(robot, link, node, by)
     assert node.demands is not None and node.robot_seconds is not None
@@ -192,7 +194,7 @@ def test_higher_demand_or_robot_time_favours_the_cloud(
 
 @given(robots, links, nodes, parameters, st.floats(0.0, 1e8))
 def test_higher_data_rate_or_cloud_time_favours_the_robot(
-    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
+    robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters, more: float
 ) -> None:
     before = score(robot, link, node, by)
     assert node.cloud_seconds is not None
@@ -203,7 +205,7 @@ def test_higher_data_rate_or_cloud_time_favours_the_robot(
 
 @given(robots, links, nodes, parameters)
 def test_time_criticality_favours_the_robot(
-    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters
+    robot: RobotComputer, link: NetworkLink, node: MonitoredNode, by: NodeMonitorParameters
 ) -> None:
     assert node.demands is not None
     assume(not node.demands.time_critical)

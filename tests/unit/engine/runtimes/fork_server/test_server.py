@@ -8,12 +8,12 @@ import psutil
 import pytest
 
 from engine.agent.entries import ENTRIES, loaded_before
+from engine.control.master_driver import START_TIMEOUT
 from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import FORK_TIMEOUT, ForkServer
 from engine.runtimes.process.runtime import ProcessRuntime
 from engine.runtimes.registry import RUNTIMES
-from engine.service.master_driver import START_TIMEOUT
 from ppaas.errors import Unavailable
 from tests.support.engine.fork_servers import stop_fork_server
 

@@ -11,7 +11,7 @@ from ppaas.diagnosis.observations.topic_table import (
     MOST_TOPICS,
     REFUSAL_AGE,
     TopicTable,
-    Traffic,
+    TrafficCounter,
 )
 
 MOMENTS = st.floats(-1e12, 1e12, allow_nan=False)
@@ -92,7 +92,7 @@ def test_any_stamps_give_finite_facts(messages: list[tuple[float, float | None]]
 
 
 def test_messages_bytes_senders_and_refusals_are_counted_by_topic() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounter()
     for number in range(4):
         traffic.note("scan", 1000, number % 2, number * 0.1)
     traffic.refuse("scan", "x" * 1000, 0.3)
@@ -107,7 +107,7 @@ def test_messages_bytes_senders_and_refusals_are_counted_by_topic() -> None:
 
 
 def test_names_and_senders_that_clients_choose_are_bounded() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounter()
     for number in range(2 * MOST_TOPICS):
         traffic.note(f"topic{number}", 1, number, 0.0)
         traffic.note("scan", 1, number, 0.0)
@@ -117,7 +117,7 @@ def test_names_and_senders_that_clients_choose_are_bounded() -> None:
 
 
 def test_rates_are_those_of_the_last_seconds() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounter()
     table = TopicTable(traffic, 0.0)
     for tick in range(300):
         now = tick * 0.1
@@ -137,12 +137,12 @@ def test_rates_are_those_of_the_last_seconds() -> None:
 
 
 def test_sensors_are_listed_though_nothing_came() -> None:
-    names = [each.name for each in TopicTable(Traffic(), 0.0).facts(1.0, {}, {})]
+    names = [each.name for each in TopicTable(TrafficCounter(), 0.0).facts(1.0, {}, {})]
     assert names == ["scan", "odom", "tf", "tf_static", "cmd_vel"]
 
 
 def test_refusals_count_until_messages_are_accepted_again() -> None:
-    traffic = Traffic()
+    traffic = TrafficCounter()
     table = TopicTable(traffic, 0.0)
     traffic.note("scan", 1, 1, 1.0)
     traffic.refuse("scan", "unknown frame", 1.0)

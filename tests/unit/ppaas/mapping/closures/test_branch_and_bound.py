@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Blur, Excluded, Window, build_pyramid, search
+from ppaas.mapping.closures.branch_and_bound import Blur, Excluded, MotionWindow, build_pyramid, search
 from ppaas.mapping.closures.closing import Rivalry, rival_match
 from ppaas.mapping.closures.kernels import points as kernels
 from tests.reference.mapping import closures as twin
 
-WINDOW = Window(1.0, 0.6, 0.3, 0.02)
+WINDOW = MotionWindow(1.0, 0.6, 0.3, 0.02)
 BLUR = Blur(0.05, 0.08)
 
 
@@ -68,7 +68,7 @@ def test_excluded_motion_is_not_found_again():
 
 
 def test_equal_posts_of_a_corridor_are_rivals_and_a_room_has_none():
-    window = Window(5.0, 0.3, 0.05)
+    window = MotionWindow(5.0, 0.3, 0.05)
     seen = corridor(2.0)[np.abs(corridor(2.0)[:, 0]) < 6.0]
     pyramid = pyramid_of(corridor(2.0), window)
     best = search(pyramid, seen, window)

@@ -5,10 +5,10 @@ import pytest
 
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Window
-from ppaas.mapping.closures.candidates import Candidate
-from ppaas.mapping.closures.closing import ClosureSearch, Contradictions
-from ppaas.mapping.closures.closure import Closure, Links, Reason, Refusal
+from ppaas.mapping.closures.branch_and_bound import MotionWindow
+from ppaas.mapping.closures.candidates import SubmapCandidate
+from ppaas.mapping.closures.closing import ClosureComparison, ClosureSearch
+from ppaas.mapping.closures.closure import Closure, Links, Reason, RefusedClosure
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap, Submaps, travelled
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
@@ -97,12 +97,12 @@ def test_matches_with_one_area_at_two_places_contradict():
         graph.add_node((float(k), 0.0, 0.0))
     for k in range(59):
         graph.add_edge(k, k + 1, (1.0, 0.0, 0.0), np.eye(3), EdgeKind.ODOMETRY)
-    compare = Contradictions(graph.poses, graph.edges, PARAMETERS)
+    compare = ClosureComparison(graph.poses, graph.edges, PARAMETERS)
     best = closure(Submap(0, 5), (0.0, 0.0, 0.0))
     near, shifted = closure(Submap(5, 10), (0.1, 0.1, 0.0)), closure(Submap(5, 10), (12.0, 0.0, 0.0))
     # Drift over 35 m explains 1.2 m across the path.
     drifted = closure(Submap(35, 40), (0.0, 1.2, 0.0))
-    missed = Refusal(best.source, Submap(5, 10), Reason.SCORE, 0.0)
+    missed = RefusedClosure(best.source, Submap(5, 10), Reason.SCORE, 0.0)
     assert list(compare.with_best(best, [best, near, shifted, drifted, missed])) == [shifted]
 
 
@@ -120,8 +120,8 @@ def links():
     return Links(SUBMAPS, graph.edges)
 
 
-def candidate(target: int, far: float) -> Candidate:
-    return Candidate(target, Pose2D(0.0, 0.0), Window(1.0, 1.0, 0.1), False, far)
+def candidate(target: int, far: float) -> SubmapCandidate:
+    return SubmapCandidate(target, Pose2D(0.0, 0.0), MotionWindow(1.0, 1.0, 0.1), False, far)
 
 
 def test_a_closure_joins_submaps_and_their_neighbours(links):

@@ -9,7 +9,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
-from ppaas.mapping.lifelong.neighbourhood import ScanViews, View
+from ppaas.mapping.lifelong.neighbourhood import PointSighting, ScanViews
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.passes import divided_passes, mileage
 from tests.support.world.room_scans import ALL_ROUND, LASER, ROOM, scan_at, segments
@@ -37,15 +37,15 @@ WITH = np.concatenate((ROOM, BOX))
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, CLOCKWISE])
 def test_the_same_room_is_confirmed(laser):
     seen, blocked, _ = compared(laser, WITH, WITH)
-    assert (seen == View.CONFIRMED).mean() > 0.75
-    assert (seen == View.EMPTY).sum() + blocked.sum() <= 4
+    assert (seen == PointSighting.CONFIRMED).mean() > 0.75
+    assert (seen == PointSighting.EMPTY).sum() + blocked.sum() <= 4
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, CLOCKWISE])
 def test_the_other_laser_looks_through_the_place_of_a_box_that_left(laser):
     seen, blocked, on_box = compared(laser, WITH, ROOM)
-    assert (seen[on_box] == View.EMPTY).mean() > 0.8
-    assert (seen[~on_box] == View.EMPTY).sum() + blocked.sum() <= 4
+    assert (seen[on_box] == PointSighting.EMPTY).mean() > 0.8
+    assert (seen[~on_box] == PointSighting.EMPTY).sum() + blocked.sum() <= 4
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, CLOCKWISE])

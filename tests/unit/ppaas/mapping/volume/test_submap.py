@@ -14,7 +14,7 @@ from ppaas.mapping.volume.blocks import VoxelBlocks, clear_box
 from ppaas.mapping.volume.exports import project_volume
 from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES, KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
-from ppaas.mapping.volume.submap import Submap, add_log_odds, moved
+from ppaas.mapping.volume.submap import VolumeSubmap, add_log_odds, moved
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 from ppaas.parameters import read_parameters
@@ -71,7 +71,7 @@ def test_log_odds_are_added_within_the_limits_of_the_model(volume):
 
 
 def test_joined_submaps_have_the_voxels_of_both_where_they_are(volume):
-    first, second = Submap(1, 1.0, 1000), Submap(2, 2.0, 1000)
+    first, second = VolumeSubmap(1, 1.0, 1000), VolumeSubmap(2, 2.0, 1000)
     for submap in (first, second):
         add_log_odds(submap.blocks, volume.blocks.codes, volume.blocks.log_odds, MODEL)
     second.motion = Pose2D(12.8, 0.0, 0.0)
@@ -81,13 +81,13 @@ def test_joined_submaps_have_the_voxels_of_both_where_they_are(volume):
 
 
 def test_a_small_motion_leaves_the_voxels_in_place(volume):
-    submap = Submap(1, 1.0, 1000)
+    submap = VolumeSubmap(1, 1.0, 1000)
     add_log_odds(submap.blocks, volume.blocks.codes, volume.blocks.log_odds, MODEL)
     submap.motion = Pose2D(0.02, 0.0, 0.0)
     assert submap.placed(0.1)[1] is not None
     assert np.array_equal(submap.placed(0.1)[0], submap.blocks.codes)
     assert submap.reach_of_motion(Pose2D(0.0, 0.0, math.pi), 0.1) > 1.0
-    assert Submap(1, 1.0, 10).reach_of_motion(Pose2D(1.0, 0.0, 0.0), 0.1) == 0.0
+    assert VolumeSubmap(1, 1.0, 10).reach_of_motion(Pose2D(1.0, 0.0, 0.0), 0.1) == 0.0
 
 
 @pytest.mark.parametrize("motion", [Pose2D(0.0, 0.0, 0.0), Pose2D(0.7, -0.2, 0.6)])

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.maps.occupancy import MapChange
+from ppaas.maps.occupancy import GridUpdate
 from ppaas.messages.base.std_msgs import Time
 from ppaas.nodes.grid_slam.publishing import entropy_of, robot_covariance
 
 
 def test_a_change_is_a_message_with_its_cells_row_by_row():
     cells = np.array([[-1, 0, 100], [100, 50, -1]], np.int8)
-    message = MapChange(cells[:, :2], 7, 3, Time(5, 0)).to_message()
+    message = GridUpdate(cells[:, :2], 7, 3, Time(5, 0)).to_message()
     assert (message.x, message.y, message.width, message.height) == (3, 7, 2, 2)
     assert msgspec.json.decode(message.data) == [-1, 0, 100, 50]
     assert (message.header.frame_id, message.header.stamp) == ("map", Time(5, 0))

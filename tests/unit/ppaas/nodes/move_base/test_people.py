@@ -17,7 +17,7 @@ from ppaas.nodes.move_base.people import (
     MOST_PEOPLE,
     SAME,
     STANDING,
-    SeenPeople,
+    RecentPeople,
     SocialLayerParameters,
     StandingPeople,
 )
@@ -27,7 +27,7 @@ ANN = Person("ann", Point(1.0, 0.0), Point(0.5, 0.0))
 
 
 def seen(*people, frame="map", tree=None, **parameters):
-    layer = SeenPeople(SocialLayerParameters(**parameters))
+    layer = RecentPeople(SocialLayerParameters(**parameters))
     layer.take(People(Header(frame_id=frame), list(people)), tree or TransformTree(), 100.0)
     return layer
 
@@ -82,7 +82,7 @@ def test_parameters_out_of_range_are_refused_by_name(wrong):
 
 
 def coordinated(*people, **parameters):
-    layer = SeenPeople(SocialLayerParameters(**parameters))
+    layer = RecentPeople(SocialLayerParameters(**parameters))
     layer.take_state(PeopleState(Header(frame_id="map"), len(people), list(people)), 100.0)
     return layer
 

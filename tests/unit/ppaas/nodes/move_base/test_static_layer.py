@@ -9,7 +9,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
-from ppaas.maps.occupancy import GridMapMessage, MapChange, to_message, to_update
+from ppaas.maps.occupancy import GridMapMessage, GridUpdate, to_message, to_update
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.nodes.base import Context, Node, Payload
 from ppaas.nodes.graph import Graph
@@ -65,8 +65,8 @@ def listening() -> Listening:
     return Listening()
 
 
-def change(row: int, column: int, value: int = OCCUPIED, size: int = 2) -> MapChange:
-    return MapChange(np.full((size, size), value, np.int8), row, column, Time())
+def change(row: int, column: int, value: int = OCCUPIED, size: int = 2) -> GridUpdate:
+    return GridUpdate(np.full((size, size), value, np.int8), row, column, Time())
 
 
 def test_a_map_is_built_at_once(listening: Listening) -> None:

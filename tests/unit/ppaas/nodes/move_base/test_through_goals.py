@@ -15,7 +15,7 @@ from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesActionGoal,
     NavigateThroughPosesActionResult,
     NavigateThroughPosesGoal,
-    Progress,
+    WaypointProgress,
 )
 from ppaas.nodes.move_base.through_goals import MAX_POSES
 from tests.support.world.closed_loop import ClosedLoop
@@ -104,18 +104,20 @@ def test_each_pose_has_a_status_in_feedback_and_result():
     touring.run()
     places = [(index, pose.x) for index, pose in enumerate((B, C, D))]
     seen = [listed(message.feedback.waypoint_statuses) for message in touring.feedback]
-    passed = [sum(status == Progress.COMPLETED for _, _, status in statuses) for statuses in seen]
+    passed = [sum(status == WaypointProgress.COMPLETED for _, _, status in statuses) for statuses in seen]
     assert all([each[:2] for each in statuses] == places for statuses in seen)
     assert passed == sorted(passed)
     assert set(passed) == {0, 1, 2}
-    assert listed(touring.results[-1].result.waypoint_statuses) == [(*place, Progress.COMPLETED) for place in places]
+    assert listed(touring.results[-1].result.waypoint_statuses) == [
+        (*place, WaypointProgress.COMPLETED) for place in places
+    ]
 
 
 def test_poses_that_a_failed_goal_did_not_reach_have_failed():
     touring = Touring()
     touring.send(B, OUTSIDE)
     [result] = touring.results
-    assert [status for *_, status in listed(result.result.waypoint_statuses)] == [Progress.FAILED] * 2
+    assert [status for *_, status in listed(result.result.waypoint_statuses)] == [WaypointProgress.FAILED] * 2
 
 
 def test_feedback_has_distance_and_time_to_the_last_pose():

@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine.service.group_places import PEOPLE_LINGER
+from engine.control.group_places import PEOPLE_LINGER
 from ppaas.clock import ManualClock
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.costmap.build_layers import build_layers

@@ -17,11 +17,11 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleReport, PeopleState, SensorView
-from ppaas.people.coordinator.coordinator import Contradictions, Coordinator
+from ppaas.people.coordinator.coordinator import Contradictions, PeopleCoordinator
 from ppaas.people.coordinator.group import FROZEN
 from ppaas.people.coordinator.people_table import PeopleTable
 from ppaas.people.coordinator.visibility import Walls, view_of
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from ppaas.people.state_checks import check_state
 from tests.support.budget import examples
 from tests.support.world.rooms import room
@@ -38,7 +38,7 @@ class Stage:
     """A hall with robots, and people who walk along given routes."""
 
     def __init__(self, robots: Sequence[ReportingRobot], routes: Sequence[Route], **config: object) -> None:
-        self.coordinator = Coordinator(HALL, PeopleSettings(**config))  # type: ignore[arg-type]
+        self.coordinator = PeopleCoordinator(HALL, PeopleSettings(**config))  # type: ignore[arg-type]
         self.world = ReportWorld(HALL, len(routes), robots, detected=1.0)
         self.routes = list(routes)
         self.now = NOW
@@ -170,7 +170,7 @@ def test_several_people_are_followed_by_several_robots() -> None:
 
 
 def test_an_unknown_rule_is_refused_and_the_settings_stay() -> None:
-    coordinator = Coordinator(HALL)
+    coordinator = PeopleCoordinator(HALL)
     with pytest.raises(NotFound, match="nearest"):
         coordinator.configure(PeopleSettings(rule="loudest"))
     assert coordinator.step(NOW).rule == "nearest"
@@ -292,7 +292,7 @@ def test_a_robot_that_freezes_is_named_and_its_people_are_not_counted_for_ever()
 
 
 def test_a_group_without_robots_has_no_people() -> None:
-    state = Coordinator(HALL).step(NOW)
+    state = PeopleCoordinator(HALL).step(NOW)
     assert (state.count, state.people, state.orders, state.robots) == (0, [], [], [])
 
 
@@ -318,7 +318,7 @@ def test_a_robot_that_left_while_the_clock_was_set_back_is_forgotten_as_soon_as_
 
 
 def test_people_are_counted_once_per_hour_and_zone() -> None:
-    zone = Zone("door", [(6.0, 5.0), (8.0, 5.0), (8.0, 7.0), (6.0, 7.0)])
+    zone = CountingZone("door", [(6.0, 5.0), (8.0, 5.0), (8.0, 7.0), (6.0, 7.0)])
     stage = Stage([A], [stands(7.0, 6.0), stands(9.0, 3.0)], zones=[zone], history=True)
     stage.run(1.0)
     assert {count.zone: count.people for count in stage.coordinator.counts(0)} == {"": 2, "door": 1}
@@ -333,7 +333,7 @@ def test_nothing_is_counted_without_history() -> None:
 def test_another_coordinator_goes_on_from_a_checkpoint() -> None:
     stage = Stage([A, B], [walks(4.0, 6.0, 0.5, 0.0), stands(9.0, 7.0)], history=True)
     before = stage.run(2.0)[-1]
-    saved, other = stage.coordinator.checkpoint(), Coordinator(HALL, stage.coordinator.settings)
+    saved, other = stage.coordinator.checkpoint(), PeopleCoordinator(HALL, stage.coordinator.settings)
     other.restore(saved)
     stage.coordinator = other
     after = stage.run(1.0)[-1]
@@ -347,7 +347,7 @@ def test_another_coordinator_goes_on_from_a_checkpoint() -> None:
 @given(st.binary(max_size=200))
 def test_bytes_that_are_not_a_checkpoint_are_refused(saved: bytes) -> None:
     with pytest.raises(InvalidInput, match="checkpoint"):
-        Coordinator(HALL).restore(saved)
+        PeopleCoordinator(HALL).restore(saved)
 
 
 def test_a_checkpoint_that_is_cut_is_refused() -> None:
@@ -364,7 +364,7 @@ def test_a_checkpoint_that_is_cut_is_refused() -> None:
 @given(st.permutations([A, B, C]), st.integers(0, 3))
 def test_identities_do_not_depend_on_the_order_of_robots_and_reports(order: list[ReportingRobot], seed: int) -> None:
     def run(robots: Sequence[ReportingRobot]) -> list[tuple[int, list[int]]]:
-        world, coordinator = ReportWorld(HALL, 6, [A, B, C], seed), Coordinator(HALL)
+        world, coordinator = ReportWorld(HALL, 6, [A, B, C], seed), PeopleCoordinator(HALL)
         states = []
         for step in range(8):
             world.advance(PERIOD)
@@ -381,7 +381,7 @@ def test_identities_do_not_depend_on_the_order_of_robots_and_reports(order: list
 @settings(max_examples=examples(4), deadline=None)
 @given(st.integers(0, 1000))
 def test_the_count_never_exceeds_the_torsos_that_robots_report(seed: int) -> None:
-    world, coordinator = ReportWorld(HALL, 6, [A, B], seed, detected=1.0), Coordinator(HALL)
+    world, coordinator = ReportWorld(HALL, 6, [A, B], seed, detected=1.0), PeopleCoordinator(HALL)
     for step in range(10):
         world.advance(PERIOD)
         reports = [world.report(each, NOW + step * PERIOD) for each in world.robots]
@@ -395,7 +395,7 @@ def test_the_count_never_exceeds_the_torsos_that_robots_report(seed: int) -> Non
 
 def test_a_checkpoint_whose_text_is_not_utf_8_is_refused() -> None:
     with pytest.raises(InvalidInput, match="not a checkpoint of a people coordinator"):
-        Coordinator(HALL).restore(b"\x81\xa4abc\x80\x00")
+        PeopleCoordinator(HALL).restore(b"\x81\xa4abc\x80\x00")
 
 
 ALL_AROUND = SensorView(0.0, 0.0, 0.0, 2.0 * math.pi, 0.0, 8.0)

@@ -11,7 +11,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import PeopleReport
-from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.coordinator import PeopleCoordinator
 from ppaas.people.coordinator.duplicates import Duplicates
 from ppaas.people.coordinator.people_table import PeopleTable
 from tests.support.world.rooms import room
@@ -65,7 +65,7 @@ def with_second(report: PeopleReport, *, alone: bool) -> PeopleReport:
 
 def test_a_person_whom_a_robot_detects_twice_in_turn_keeps_one_identity() -> None:
     robot = ReportingRobot("a", Pose2D(3.0, 5.0, 0.0), view=AROUND)
-    world, coordinator = ReportWorld(HALL, 1, [robot], detected=1.0), Coordinator(HALL)
+    world, coordinator = ReportWorld(HALL, 1, [robot], detected=1.0), PeopleCoordinator(HALL)
     world.people = np.array([[6.0, 6.0]])
     for cycle in range(40):
         now = NOW + cycle / 5

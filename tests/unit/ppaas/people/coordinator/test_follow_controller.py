@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.people.coordinator.follow_controller import FollowController, Scene, cheapest, follow_actions, takes_over
+from ppaas.people.coordinator.follow_controller import (
+    FollowController,
+    FollowScene,
+    cheapest,
+    follow_actions,
+    takes_over,
+)
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 
 PARAMETERS = CoordinatorParameters()
@@ -24,7 +30,7 @@ def controller() -> FollowController:
 
 def update(found: FollowController, now: float, costs: dict[str, float], seen_by: set[str]) -> str:
     following = {order.robot: order.person for order in found.orders.values()}
-    found.update(Scene(now, [1], {1: seen_by}, {1: costs}, {1}, ROBOTS, ROBOTS, following))
+    found.update(FollowScene(now, [1], {1: seen_by}, {1: costs}, {1}, ROBOTS, ROBOTS, following))
     return found.orders[1].robot
 
 

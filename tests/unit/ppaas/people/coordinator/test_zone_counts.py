@@ -1,9 +1,9 @@
 """Counts of people per hour and zone."""
 
 from ppaas.people.coordinator.zone_counts import HOUR, ZoneCounts
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 
-DOOR = Zone("door", [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
+DOOR = CountingZone("door", [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
 SETTINGS = PeopleSettings(zones=[DOOR], history=True, retention_hours=2.0)
 NOON = 472_222 * HOUR
 

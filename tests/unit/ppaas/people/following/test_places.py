@@ -14,8 +14,8 @@ from ppaas.people.following.places import (
     FAILED_RADIUS,
     GROUP_MARGIN,
     LEAST,
-    PlaceRequest,
     Places,
+    StandingRequest,
     choose_place,
     facing,
 )
@@ -66,7 +66,7 @@ PERSON, ROBOT = (3.0, 3.0), Pose2D(1.0, 3.0)
 
 def chosen(**request):
     return choose_place(
-        PlaceRequest(**{"person": PERSON, "robot": ROBOT, "distance": 1.2, "wanted": math.pi} | request), HALL
+        StandingRequest(**{"person": PERSON, "robot": ROBOT, "distance": 1.2, "wanted": math.pi} | request), HALL
     )
 
 

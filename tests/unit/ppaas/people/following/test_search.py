@@ -8,7 +8,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import SensorView
 from ppaas.people.following.places import Places
-from ppaas.people.following.search import FASTEST, Search
+from ppaas.people.following.search import FASTEST, SearchArea
 from tests.support.world.planar_world import walled_map
 
 ROOMS = Places(build_layers(walled_map(12, 8, [(0, 3.9, 4, 4.1), (5, 3.9, 12, 4.1)])))
@@ -19,8 +19,8 @@ AHEAD = [SensorView(0.1, 0.0, 0.0, 1.0, 0.0, 5.0)]
 BELOW = Pose2D(2.0, 2.0, 0.0)
 
 
-def search(last=(4.5, 4.5), velocity=(0.0, 0.5)) -> Search:
-    return Search(ROOMS, last, velocity, 0.0)
+def search(last=(4.5, 4.5), velocity=(0.0, 0.5)) -> SearchArea:
+    return SearchArea(ROOMS, last, velocity, 0.0)
 
 
 def test_area_begins_around_the_last_position_and_grows_at_walking_speed():

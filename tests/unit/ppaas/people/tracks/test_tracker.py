@@ -6,12 +6,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker, TrackerState
+from ppaas.people.tracks.tracker import Detection, LocalTrack, PeopleTracker, TrackerState
 
 PERIOD = 0.1
 
 
-def fed(tracker: Tracker, frames: Iterable[list[tuple[float, float]]], start: int = 0) -> Tracker:
+def fed(tracker: PeopleTracker, frames: Iterable[list[tuple[float, float]]], start: int = 0) -> PeopleTracker:
     """Give a tracker one measurement every 0.1 s."""
     for number, frame in enumerate(frames, start):
         tracker.step(number * PERIOD, [Detection(x, y) for x, y in frame], expected=lambda _: False)
@@ -23,14 +23,14 @@ def walk(x: float, y: float, vx: float, vy: float, steps: range) -> list[tuple[f
 
 
 def test_a_person_who_walks_keeps_the_id() -> None:
-    tracker = fed(Tracker(), ([at] for at in walk(0.0, 0.0, 1.2, 0.3, range(40))))
+    tracker = fed(PeopleTracker(), ([at] for at in walk(0.0, 0.0, 1.2, 0.3, range(40))))
     [person] = tracker.people
     assert person.id == 1
     assert (person.vx, person.vy) == (pytest.approx(1.2, abs=0.1), pytest.approx(0.3, abs=0.1))
 
 
 def test_the_id_is_kept_through_two_seconds_behind_a_column() -> None:
-    tracker = fed(Tracker(), ([at] for at in walk(0.0, 0.0, 1.0, 0.0, range(30))))
+    tracker = fed(PeopleTracker(), ([at] for at in walk(0.0, 0.0, 1.0, 0.0, range(30))))
     fed(tracker, ([] for _ in range(20)), 30)
     fed(tracker, ([at] for at in walk(0.0, 0.0, 1.0, 0.0, range(50, 60))), 50)
     assert [person.id for person in tracker.people] == [1]
@@ -38,12 +38,12 @@ def test_the_id_is_kept_through_two_seconds_behind_a_column() -> None:
 
 def test_two_who_cross_keep_their_ids() -> None:
     one, other = walk(0.0, 0.0, 1.0, 0.0, range(60)), walk(3.0, -3.0, 0.0, 1.0, range(60))
-    tracker = fed(Tracker(), (list(pair) for pair in zip(one, other, strict=True)))
+    tracker = fed(PeopleTracker(), (list(pair) for pair in zip(one, other, strict=True)))
     assert {person.id: round(person.vx) for person in tracker.people} == {1: 1, 2: 0}
 
 
 def test_a_single_weak_detection_is_no_person() -> None:
-    tracker = Tracker()
+    tracker = PeopleTracker()
     tracker.step(0.0, [Detection(1.0, 1.0, score=0.5)])
     assert tracker.people == []
     tracker.step(0.1, [])
@@ -51,28 +51,28 @@ def test_a_single_weak_detection_is_no_person() -> None:
 
 
 def test_weak_detections_that_last_are_a_person() -> None:
-    tracker = Tracker()
+    tracker = PeopleTracker()
     for step in range(15):
         tracker.step(step * PERIOD, [Detection(1.0, 1.0, score=0.55)])
     assert [person.id for person in tracker.people] == [1]
 
 
 def test_a_person_who_should_be_seen_and_is_not_has_left() -> None:
-    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(10)))
+    tracker = fed(PeopleTracker(), ([(1.0, 1.0)] for _ in range(10)))
     for step in range(10, 18):
         tracker.step(step * PERIOD, [])
     assert tracker.tracks == []
 
 
 def test_an_id_is_never_given_twice() -> None:
-    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(5)))
+    tracker = fed(PeopleTracker(), ([(1.0, 1.0)] for _ in range(5)))
     tracker.step(100.0, [])
     tracker.step(100.1, [Detection(1.0, 1.0)])
     assert [person.id for person in tracker.people] == [2]
 
 
 def test_a_measurement_before_the_last_is_taken_as_of_now() -> None:
-    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(5)))
+    tracker = fed(PeopleTracker(), ([(1.0, 1.0)] for _ in range(5)))
     tracker.step(0.1, [Detection(1.0, 1.0)])
     assert tracker.at == pytest.approx(0.4)
     assert len(tracker.people) == 1
@@ -85,14 +85,14 @@ def test_whether_a_person_should_be_seen_is_asked_for_each_who_is_not() -> None:
         asked.append(track.id)
         return False
 
-    tracker = fed(Tracker(), ([(1.0, 1.0), (4.0, 4.0)] for _ in range(5)))
+    tracker = fed(PeopleTracker(), ([(1.0, 1.0), (4.0, 4.0)] for _ in range(5)))
     tracker.step(0.5, [Detection(1.0, 1.0)], expected)
     assert asked == [2]
     assert np.hypot(tracker.tracks[0].x - 1.0, tracker.tracks[0].y - 1.0) < 0.05
 
 
 def test_ids_of_a_detector_decide_between_tracks_that_are_near_but_not_across_the_room():
-    tracker = Tracker()
+    tracker = PeopleTracker()
     tracker.step(0.0, [Detection(0.0, 0.0), Detection(0.7, 0.0)])
     first, second = tracker.assigned
     tracker.step(0.1, [Detection(0.3, 0.0, believed=second), Detection(0.4, 0.0, believed=first)])
@@ -102,13 +102,13 @@ def test_ids_of_a_detector_decide_between_tracks_that_are_near_but_not_across_th
 
 
 def test_detection_that_begins_no_track_is_assigned_to_none():
-    tracker = Tracker()
+    tracker = PeopleTracker()
     tracker.step(0.0, [Detection(0.0, 0.0, begins=False)])
     assert tracker.assigned == [0]
 
 
 def test_restored_tracker_goes_on_as_the_one_before():
-    tracker, restored = Tracker(), Tracker()
+    tracker, restored = PeopleTracker(), PeopleTracker()
     restored.restore(msgspec.json.decode(msgspec.json.encode(tracker.state()), type=TrackerState))
     assert restored.tracks == []
     for step in range(5):
@@ -121,14 +121,14 @@ def test_restored_tracker_goes_on_as_the_one_before():
 
 
 def test_a_detection_of_a_person_in_sight_is_not_taken_for_a_hidden_one() -> None:
-    tracker = fed(Tracker(), ([(0.0, 0.0), (0.6, 0.0)] for _ in range(10)))
+    tracker = fed(PeopleTracker(), ([(0.0, 0.0), (0.6, 0.0)] for _ in range(10)))
     fed(tracker, ([(0.0, 0.0)] for _ in range(12)), 10)  # the other is hidden, and may be anywhere around by now
     tracker.step(2.2, [Detection(0.1, 0.0)], expected=lambda _: False)
     assert tracker.assigned == [1]
 
 
 def test_two_tracks_in_one_place_that_are_never_detected_at_once_become_one() -> None:
-    tracker = Tracker()
+    tracker = PeopleTracker()
     tracker.step(0.0, [Detection(0.0, 0.0), Detection(0.35, 0.0)])
     for step in range(1, 15):  # each detection is of the track that the other was not
         tracker.step(step * PERIOD, [Detection(0.17 + 0.01 * (-1) ** step, 0.0)], expected=lambda _: False)
@@ -137,5 +137,5 @@ def test_two_tracks_in_one_place_that_are_never_detected_at_once_become_one() ->
 
 
 def test_two_people_close_to_each_other_who_are_both_detected_stay_two() -> None:
-    tracker = fed(Tracker(), ([(0.0, 0.0), (0.35, 0.0)] for _ in range(30)))
+    tracker = fed(PeopleTracker(), ([(0.0, 0.0), (0.35, 0.0)] for _ in range(30)))
     assert {person.id for person in tracker.people} == {1, 2}

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ppaas.wire.binary.binary_frame import BinaryFrame
 from ppaas.wire.foxglove import answers
-from ppaas.wire.foxglove.answers import Channel, Graph, Level, Schema, Service
+from ppaas.wire.foxglove.answers import Channel, ConnectionGraph, FoxgloveService, Level, Schema
 from ppaas.wire.foxglove.requests import Parameter
 
 SCHEMA = Schema("json", "a/B", "jsonschema", '{"type": "object"}')
@@ -24,7 +24,7 @@ def test_channels_and_services_have_the_fields_of_the_specification() -> None:
         "schema": '{"type": "object"}',
         "schemaEncoding": "jsonschema",
     }
-    [service] = json.loads(answers.advertise_services([Service(1, "/s", "a/S", SCHEMA, SCHEMA)]))["services"]
+    [service] = json.loads(answers.advertise_services([FoxgloveService(1, "/s", "a/S", SCHEMA, SCHEMA)]))["services"]
     described = {key: channel[key] for key in ("encoding", "schemaName", "schemaEncoding", "schema")}
     assert service == {"id": 1, "name": "/s", "type": "a/S", "request": described, "response": described}
 
@@ -64,11 +64,11 @@ def test_binary_frames() -> None:
 
 
 NODES = st.dictionaries(st.sampled_from("abcd"), st.lists(st.sampled_from("xyz"), unique=True, min_size=1), max_size=4)
-GRAPHS = st.builds(Graph, NODES, NODES, NODES)
+GRAPHS = st.builds(ConnectionGraph, NODES, NODES, NODES)
 
 
 @given(GRAPHS, GRAPHS)
-def test_changes_turn_one_graph_into_the_other(before: Graph, after: Graph) -> None:
+def test_changes_turn_one_graph_into_the_other(before: ConnectionGraph, after: ConnectionGraph) -> None:
     changes = before.changes_to(after)
     if before == after:
         assert changes is None
@@ -84,4 +84,4 @@ def test_changes_turn_one_graph_into_the_other(before: Graph, after: Graph) -> N
         removed = read["removedServices" if listed == "advertisedServices" else "removedTopics"]
         now = {**old, **{one["name"]: one[key] for one in read[listed]}}
         applied.append({name: nodes for name, nodes in now.items() if nodes and name not in removed})
-    assert Graph(*applied) == after
+    assert ConnectionGraph(*applied) == after

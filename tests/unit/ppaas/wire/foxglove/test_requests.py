@@ -55,7 +55,7 @@ def test_messages_are_read(channel: int, data: bytes) -> None:
 def test_calls_are_read(service: int, call: int, encoding: str, data: bytes) -> None:
     named = encoding.encode()
     frame = struct.pack("<BIII", 2, service, call, len(named)) + named + data
-    assert read_request(frame) == requests.ServiceCall(service, call, encoding, data)
+    assert read_request(frame) == requests.FoxgloveServiceCall(service, call, encoding, data)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invaria
 from ppaas.errors import Conflict, NotFound, QuotaExceeded
 from ppaas.wire.foxglove import session as sessions
 from ppaas.wire.foxglove.answers import Schema
-from ppaas.wire.foxglove.requests import ClientChannel, Subscription
+from ppaas.wire.foxglove.requests import ChannelSubscription, ClientChannel
 from ppaas.wire.foxglove.session import FoxgloveSession
 
 SCHEMA = Schema("json", "a/B", "jsonschema", "{}")
@@ -17,9 +17,9 @@ SCHEMA = Schema("json", "a/B", "jsonschema", "{}")
 def test_a_message_goes_to_each_subscription_of_its_channel() -> None:
     session: FoxgloveSession[str] = FoxgloveSession()
     first, second = (session.open(topic, SCHEMA, topic).id for topic in ("/a", "/b"))
-    assert session.subscribe(Subscription(7, first)) == "/a"
-    session.subscribe(Subscription(8, first))
-    session.subscribe(Subscription(9, second))
+    assert session.subscribe(ChannelSubscription(7, first)) == "/a"
+    session.subscribe(ChannelSubscription(8, first))
+    session.subscribe(ChannelSubscription(9, second))
     assert list(session.messages(first, 5, b"x")) == [struct.pack("<BIQ", 1, number, 5) + b"x" for number in (7, 8)]
     assert session.unsubscribe(7) is None
     assert session.unsubscribe(8) == "/a"
@@ -29,21 +29,21 @@ def test_a_message_goes_to_each_subscription_of_its_channel() -> None:
 def test_a_closed_channel_has_no_subscriptions() -> None:
     session: FoxgloveSession[str] = FoxgloveSession()
     channel = session.open("/a", SCHEMA, "a").id
-    session.subscribe(Subscription(1, channel))
+    session.subscribe(ChannelSubscription(1, channel))
     session.close(channel)
     with pytest.raises(NotFound):
         session.unsubscribe(1)
     with pytest.raises(NotFound, match="unknown channel '1'"):
-        session.subscribe(Subscription(1, channel))
+        session.subscribe(ChannelSubscription(1, channel))
     assert session.open("/a", SCHEMA, "a").id != channel
 
 
 def test_an_id_is_used_once() -> None:
     session: FoxgloveSession[str] = FoxgloveSession()
     channel = session.open("/a", SCHEMA, "a").id
-    session.subscribe(Subscription(1, channel))
+    session.subscribe(ChannelSubscription(1, channel))
     with pytest.raises(Conflict):
-        session.subscribe(Subscription(1, channel))
+        session.subscribe(ChannelSubscription(1, channel))
     mine = ClientChannel(1, "/goal", "json", "a/B")
     session.advertise(mine)
     with pytest.raises(Conflict):
@@ -61,10 +61,10 @@ def test_tables_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     session: FoxgloveSession[str] = FoxgloveSession()
     channel = session.open("/a", SCHEMA, "a").id
     for number in (1, 2):
-        session.subscribe(Subscription(number, channel))
+        session.subscribe(ChannelSubscription(number, channel))
         session.advertise(ClientChannel(number, "/goal", "json", "a/B"))
     with pytest.raises(QuotaExceeded):
-        session.subscribe(Subscription(3, channel))
+        session.subscribe(ChannelSubscription(3, channel))
     with pytest.raises(QuotaExceeded):
         session.advertise(ClientChannel(3, "/goal", "json", "a/B"))
 
@@ -97,7 +97,7 @@ class AnyOrder(RuleBasedStateMachine):
     @rule(target=subscriptions, channel=channels)
     def subscribes(self, channel: int) -> int:
         self.number += 1
-        self.session.subscribe(Subscription(self.number, channel))
+        self.session.subscribe(ChannelSubscription(self.number, channel))
         self.of[self.number] = channel
         return self.number
 

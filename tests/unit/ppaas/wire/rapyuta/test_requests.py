@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.wire.rapyuta import requests
-from ppaas.wire.rapyuta.answers import MAX_ERROR, Frames, data_message, error_message, interface_status
+from ppaas.wire.rapyuta.answers import MAX_ERROR, AnswerFrames, data_message, error_message, interface_status
 from ppaas.wire.rapyuta.interface_types import TYPES, check_joinable, interface_type
 from ppaas.wire.rapyuta.requests import MAX_ITEMS, MAX_MESSAGE_ID, read_request
 
@@ -54,7 +54,9 @@ def test_a_configuration_has_any_of_six_lists() -> None:
 def test_interfaces_are_connected_and_disconnected() -> None:
     pair = {"tagA": "c1/req", "tagB": "R/req"}
     found = read_request({"type": "CX", "data": {"connect": [pair], "disconnect": [pair]}})
-    assert found == requests.Connect([requests.Join("c1/req", "R/req")], [requests.Join("c1/req", "R/req")])
+    assert found == requests.Connect(
+        [requests.InterfacePair("c1/req", "R/req")], [requests.InterfacePair("c1/req", "R/req")]
+    )
 
 
 def test_a_message_may_have_bytes() -> None:
@@ -138,8 +140,8 @@ def test_errors_of_the_robot_are_invalid_requests() -> None:
 
 @given(st.binary(max_size=9), st.lists(st.binary(max_size=9)))
 def test_packed_frames_are_unpacked(text: bytes, parts: list[bytes]) -> None:
-    frames = Frames(text, tuple(parts))
-    assert Frames.unpack(frames.packed()) == frames
+    frames = AnswerFrames(text, tuple(parts))
+    assert AnswerFrames.unpack(frames.packed()) == frames
 
 
 def test_there_are_four_roles_in_three_forms() -> None:

@@ -7,17 +7,17 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.headers import HeaderCounter, seconds_of, timestamp
-from ppaas.wire.vda5050.topics import Address, Version, parse_topic, understand, version_of
+from ppaas.wire.vda5050.topics import AgvAddress, Version, parse_topic, understand, version_of
 
 
 def test_topics_have_the_interface_of_the_version() -> None:
-    assert Address.of(Version.V2_0, "ppaas", "tb1").topic("order") == "uagv/v2/ppaas/tb1/order"
-    assert Address.of(Version.V3_0, "ppaas", "tb1").topic("zoneSet") == "vda5050/v3/ppaas/tb1/zoneSet"
-    assert Address.of(Version.V2_1, "ppaas", "tb1", "hall").topic("state") == "hall/v2/ppaas/tb1/state"
+    assert AgvAddress.of(Version.V2_0, "ppaas", "tb1").topic("order") == "uagv/v2/ppaas/tb1/order"
+    assert AgvAddress.of(Version.V3_0, "ppaas", "tb1").topic("zoneSet") == "vda5050/v3/ppaas/tb1/zoneSet"
+    assert AgvAddress.of(Version.V2_1, "ppaas", "tb1", "hall").topic("state") == "hall/v2/ppaas/tb1/state"
 
 
 def test_a_topic_is_read_as_it_was_made() -> None:
-    address = Address.of(Version.V3_0, "KIT", "0001")
+    address = AgvAddress.of(Version.V3_0, "KIT", "0001")
     assert parse_topic(address.topic("state")) == (address, "state")
 
 
@@ -30,7 +30,7 @@ def test_other_topics_are_refused(topic: str) -> None:
 @pytest.mark.parametrize("name", ["", "a/b", "+", "#", "a\0", "$SYS", "x" * 201])
 def test_names_with_a_meaning_in_mqtt_are_refused(name: str) -> None:
     with pytest.raises(InvalidInput, match="serial number"):
-        Address.of(Version.V2_1, "ppaas", name)
+        AgvAddress.of(Version.V2_1, "ppaas", name)
 
 
 def test_connections_alone_are_retained() -> None:
@@ -44,7 +44,7 @@ def test_zones_are_of_version_3() -> None:
 
 
 def test_ids_count_by_topic() -> None:
-    counter = HeaderCounter(Version.V2_1, Address.of(Version.V2_1, "ppaas", "tb1"))
+    counter = HeaderCounter(Version.V2_1, AgvAddress.of(Version.V2_1, "ppaas", "tb1"))
     made = [counter.next(topic, 0.0) for topic in ("state", "state", "connection", "state")]
     assert [header.header_id for header in made] == [0, 1, 0, 2]
     assert (made[0].version, made[0].manufacturer, made[0].serial_number) == ("2.1.0", "ppaas", "tb1")

@@ -14,7 +14,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.states import Connection, ConnectionState
 from ppaas.wire.vda5050.topics import Version
 from robots.bridges.agv import agv_robot
-from robots.bridges.agv.cloud_side import CloudSide, Requests
+from robots.bridges.agv.cloud_side import CloudCallbacks, CloudSide
 from tests.support.vda5050.fleet import FleetWithAgv
 from tests.support.vda5050.led_agv import path
 
@@ -38,7 +38,7 @@ class Published:
 def connected(version: Version = Version.V2_1) -> tuple[FleetWithAgv, Published]:
     """Return a fleet whose AGV has been running for a while, and is a robot of the cloud."""
     tested = FleetWithAgv(version)
-    cloud = CloudSide("http://127.0.0.1:9", "token", "fork-7", Requests(*[lambda *_: None] * 5))
+    cloud = CloudSide("http://127.0.0.1:9", "token", "fork-7", CloudCallbacks(*[lambda *_: None] * 5))
     published = cloud.link = Published()  # type: ignore[assignment]
     tested.robot._cloud, tested.robot._map = cloud, "hall"
     online(tested, "ONLINE")

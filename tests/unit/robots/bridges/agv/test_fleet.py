@@ -8,9 +8,9 @@ import pytest
 from ppaas.clock import ManualClock
 from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050 import topics
-from ppaas.wire.vda5050.headers import Header
+from ppaas.wire.vda5050.headers import MessageHeader
 from ppaas.wire.vda5050.states import Connection
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from robots.bridges.agv import agv_robot
 from robots.bridges.agv.agv_robot import LEAVE_AFTER
 from robots.bridges.agv.agv_side import AgvSide
@@ -27,12 +27,12 @@ from tests.support.waiting import until
 ONLINE = Connection(connection_state="ONLINE")
 
 
-def address(serial: str, manufacturer: str = "acme") -> Address:
-    return Address.of(Version.V2_1, manufacturer, serial)
+def address(serial: str, manufacturer: str = "acme") -> AgvAddress:
+    return AgvAddress.of(Version.V2_1, manufacturer, serial)
 
 
-def header(number: int = 0, version: str = "2.1.0", serial: str = "7", manufacturer: str = "acme") -> Header:
-    return Header(
+def header(number: int = 0, version: str = "2.1.0", serial: str = "7", manufacturer: str = "acme") -> MessageHeader:
+    return MessageHeader(
         header_id=number, timestamp="2026-01-31T11:40:03.123Z", version=version,
         manufacturer=manufacturer, serial_number=serial,
     )  # fmt: skip
@@ -79,7 +79,7 @@ def test_the_file_of_a_robot_has_the_size_of_the_factsheet():
     assert robot_file(address("7"), "office", None, None).parameters == {"follow_path": {}}
 
 
-def why(side: AgvSide, topic: str, one: Header) -> str:
+def why(side: AgvSide, topic: str, one: MessageHeader) -> str:
     left_out = side.left_out(topic, one)
     return "" if left_out is None else left_out.reason
 
@@ -142,7 +142,7 @@ def test_an_invalid_message_is_logged_once(caplog):
 async def test_a_fault_in_one_agv_concerns_no_other_and_is_logged_once(caplog, monkeypatch):
     monkeypatch.setattr("robots.bridges.agv.fleet.TICK", 0.0)
     tested, ticks = FleetWithAgv(), []
-    faulty, other = Address.of(Version.V2_1, "acme", "0"), tested.robot
+    faulty, other = AgvAddress.of(Version.V2_1, "acme", "0"), tested.robot
 
     def fail(*_, **__):
         raise ZeroDivisionError

@@ -8,15 +8,15 @@ import pytest
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.wire.vda5050.factsheets import Factsheet
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from robots.bridges.agv.options import FleetOptions
-from robots.bridges.agv.registration import Registry, differences, radius_of, robot_file
+from robots.bridges.agv.registration import AgvRegistry, differences, radius_of, robot_file
 from robots.client.robot_file import RobotFile
 from tests.support.vda5050.messages import FACTSHEET
 
 
-def agv(text: str) -> Address:
-    return Address.of(Version.V2_1, *text.split("/"))
+def agv(text: str) -> AgvAddress:
+    return AgvAddress.of(Version.V2_1, *text.split("/"))
 
 
 class Robots:
@@ -56,7 +56,7 @@ def robots() -> Robots:
 
 async def taken(at: Robots, *agvs: str, **options: Any) -> list[str]:
     """Return the ids of the robots that AGVs are which come at the same time."""
-    registry = Registry(at, FleetOptions(**options))  # type: ignore[arg-type]
+    registry = AgvRegistry(at, FleetOptions(**options))  # type: ignore[arg-type]
     async with AsyncExitStack() as stack:
         entered = (stack.enter_async_context(registry.robot(agv(one), "hall", FACTSHEET)) for one in agvs)
         return [str(known["id"]) for known in await asyncio.gather(*entered)]
@@ -118,7 +118,7 @@ async def test_without_registration_the_robot_of_another_is_refused_with_what_he
 
 
 async def test_an_agv_whose_factsheet_cannot_be_read_is_not_registered_without_a_size(robots: Robots) -> None:
-    registry = Registry(robots, FleetOptions())  # type: ignore[arg-type]
+    registry = AgvRegistry(robots, FleetOptions())  # type: ignore[arg-type]
     registry.unreadable[agv("alpha/1")] = "factsheet: not JSON"
     with pytest.raises(Conflict, match="give --radius, or mend its factsheet: factsheet: not JSON"):
         async with registry.robot(agv("alpha/1"), "hall", None):

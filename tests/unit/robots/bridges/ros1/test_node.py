@@ -15,7 +15,7 @@ from ppaas.errors import Conflict, InvalidInput, Unavailable
 from ppaas.wire.ros.graph import LATCHED, Kind, Qos
 from robots.bridges.ros1 import connections
 from robots.bridges.ros1 import node as node_module
-from robots.bridges.ros1.connections import Peer
+from robots.bridges.ros1.connections import NodeConnection
 from robots.bridges.ros1.node import Ros1Options, Ros1Transport, node_name
 from tests.support.ros1.node import TYPES, Node, frame, pack, unpack
 from tests.support.waiting import until
@@ -271,7 +271,7 @@ async def test_stalled_subscribers_connect_anew_once_the_network_is_back(
             await until(lambda: transport.publications["/cmd_vel"].peers)
             [before] = transport.publications["/cmd_vel"].peers
             assert not before.stalled
-            monkeypatch.setattr(Peer, "stalled", property(lambda peer: peer is before))
+            monkeypatch.setattr(NodeConnection, "stalled", property(lambda peer: peer is before))
             transport._revive()
             await until(lambda: [one for one in transport.publications["/cmd_vel"].peers if one is not before])
             published.publish(text("go"))

@@ -17,7 +17,7 @@ from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import InstantActions
 from ppaas.wire.vda5050.states import PowerSupply
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import factsheet_of
 from robots.bridges.vda5050.fleet_side import FleetSide
@@ -31,7 +31,7 @@ class Side:
     """An AGV with the topics of a version."""
 
     def __init__(self, version: Version) -> None:
-        self.version, self.address = version, Address.of(version, "ppaas", "tb1")
+        self.version, self.address = version, AgvAddress.of(version, "ppaas", "tb1")
         self.agv = Agv(version, Abilities(MAP, frozenset({"beep"}), ("BLOCKED",)))
         self.agv.link(connected=True)
         self.agv.robot_at(RobotPose(0.0, 0.0, 0.0))
@@ -118,7 +118,7 @@ async def test_damaged_messages_leave_the_state_valid(messages: list[tuple[Versi
 def test_factsheets_satisfy_the_published_schemas(version: Version, model: str) -> None:
     options = AgvOptions(version, services={"beep": "/beep"}, zones=True)
     sheet = factsheet_of({"model": model, "description": "a robot"}, options)
-    headers = HeaderCounter(version, Address.of(version, "ppaas", "tb1"))
+    headers = HeaderCounter(version, AgvAddress.of(version, "ppaas", "tb1"))
     payload = encode(topics.FACTSHEET, headers.next(topics.FACTSHEET, 0.0), sheet, version)
     assert problems(version, topics.FACTSHEET, payload) == []
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.settings import CountingZone, PeopleSettings
 from robots.cli.commands.people import render
 from robots.client.rest import RestClient
 from storage.people import HOUR, MapPeople, PeopleCount
@@ -16,7 +16,7 @@ from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.people import add_group, person
 from tests.support.storage.records import house, put_map
 
-DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+DOOR = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 RECENT = 500_000 * HOUR
 
 

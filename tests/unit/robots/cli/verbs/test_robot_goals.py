@@ -5,9 +5,9 @@ import json
 
 import pytest
 
+from engine.control import robot_navigation
 from engine.master.places import robot_key
 from engine.protocols import robot_link
-from engine.service import robot_navigation
 from robots.cli.verbs import robot_goals
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.still_place import StillRobot

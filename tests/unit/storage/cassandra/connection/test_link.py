@@ -10,7 +10,7 @@ from cassandra.cluster import NoHostAvailable
 from ppaas.errors import Unavailable
 from storage.cassandra.connection import link as link_module
 from storage.cassandra.connection.address import parse_address
-from storage.cassandra.connection.link import SILENCE, ClusterLink, Silence, driver_errors, is_silence
+from storage.cassandra.connection.link import SILENCE, ClusterLink, NodeSilence, driver_errors, is_silence
 from storage.store_errors import unusable
 from tests.support.waiting import wait_until
 
@@ -60,7 +60,7 @@ def clusters(monkeypatch: pytest.MonkeyPatch) -> Clusters:
 
 def test_silence_lasts_until_a_node_responds() -> None:
     now = [0.0]
-    silence = Silence(lambda: now[0])
+    silence = NodeSilence(lambda: now[0])
     assert not silence.begin()
     now[0] = SILENCE - 0.1
     assert not silence.begin()

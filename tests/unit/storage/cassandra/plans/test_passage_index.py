@@ -10,7 +10,7 @@ from ppaas.geometry import poses_along
 from ppaas.plans.encoding.index_cells import cells_touched
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.plans.passage_index import PLANS_PER_CELL, WINDOW, PassageIndex
-from storage.cassandra.plans.rows import PlanRow, plan_rows
+from storage.cassandra.plans.rows import UnwrittenPlan, plan_rows
 from storage.plan_checks import array_of
 from tests.support.storage.records import plan
 
@@ -35,7 +35,7 @@ def index(now: list[float]) -> PassageIndex:
     return PassageIndex(cast(CassandraSession, Session()), lambda: now[0])
 
 
-def rows_of(seed: int, count: int) -> list[PlanRow]:
+def rows_of(seed: int, count: int) -> list[UnwrittenPlan]:
     """Return rows of plans along parts of the same route."""
     random = np.random.default_rng(seed)
     way = np.cumsum(random.normal(0.0, 0.2, (400, 2)), axis=0)

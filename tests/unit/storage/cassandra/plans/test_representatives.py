@@ -11,7 +11,7 @@ from storage.cassandra.connection.session import MAX_BATCH_BYTES, MAX_BATCH_ROWS
 from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.representatives import OVERFULL, REPRESENTATIVES_PER_CELL, Representatives
-from storage.cassandra.plans.rows import PlanRow, head_parts, insert_names, insert_plans, location_cell, plan_rows
+from storage.cassandra.plans.rows import UnwrittenPlan, head_parts, insert_names, insert_plans, location_cell, plan_rows
 from storage.records import PlanRecord
 from tests.support.storage.records import plan
 
@@ -37,7 +37,7 @@ def representatives(session: Session, now: list[float] | None = None) -> Represe
     return Representatives(cast(CassandraSession, session), lambda: times[0])
 
 
-def alike(first: int, last: int) -> list[PlanRow]:
+def alike(first: int, last: int) -> list[UnwrittenPlan]:
     return list(plan_rows([plan(f"p{number}") for number in range(first, last)], 8))
 
 

@@ -9,10 +9,10 @@ from ppaas.wire.vda5050.agv.agv import Abilities, Agv
 from ppaas.wire.vda5050.agv.commands import (
     Command,
     Drive,
+    DriveResult,
     Execute,
     LimitSpeed,
     Localize,
-    Outcome,
     RobotPose,
     SendFactsheet,
     Stop,
@@ -40,7 +40,7 @@ def drives(commands: list[Command]) -> list[tuple[float, float]]:
 def arrive(agv: Agv, drive: Command) -> None:
     assert isinstance(drive, Drive)
     agv.robot_at(RobotPose(drive.x, drive.y, drive.theta))
-    agv.drive_ended(drive.number, Outcome.REACHED)
+    agv.drive_ended(drive.number, DriveResult.REACHED)
 
 
 def instant(agv: Agv, *actions: object) -> None:
@@ -80,7 +80,7 @@ def test_the_end_of_a_replaced_drive_is_ignored() -> None:
     (first,) = agv.take_commands()
     agv.robot_at(RobotPose(0.9, 0.0, 0.0))
     assert isinstance(first, Drive)
-    agv.drive_ended(first.number, Outcome.FAILED, "replaced")
+    agv.drive_ended(first.number, DriveResult.FAILED, "replaced")
     assert agv.driving and agv.errors == []
 
 
@@ -222,7 +222,7 @@ def test_a_node_that_is_not_reached_is_reported_until_the_order_ends() -> None:
     agv.take_order(order(0, 1))
     (drive,) = agv.take_commands()
     assert isinstance(drive, Drive)
-    agv.drive_ended(drive.number, Outcome.FAILED, "no path")
+    agv.drive_ended(drive.number, DriveResult.FAILED, "no path")
     (error,) = agv.errors
     assert (error.error_type, error.error_level, error.error_description) == ("NODE_UNREACHABLE", "CRITICAL", "no path")
     assert not agv.driving and not agv.idle
@@ -236,7 +236,7 @@ def test_a_lost_drive_begins_again_when_the_robot_is_back() -> None:
     (drive,) = agv.take_commands()
     assert isinstance(drive, Drive)
     agv.link(connected=False)
-    agv.drive_ended(drive.number, Outcome.LOST)
+    agv.drive_ended(drive.number, DriveResult.LOST)
     assert (agv.take_commands(), kinds(agv)) == ([], ["MOBILE_ROBOT_NOT_AVAILABLE"])
     agv.link(connected=True)
     assert drives(agv.take_commands()) == [(1.0, 0.0)]

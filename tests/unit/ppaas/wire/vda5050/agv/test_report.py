@@ -6,14 +6,14 @@ from hypothesis import strategies as st
 
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.agv.agv import Abilities, Agv
-from ppaas.wire.vda5050.agv.commands import Drive, Outcome, RobotPose
+from ppaas.wire.vda5050.agv.commands import Drive, DriveResult, RobotPose
 from ppaas.wire.vda5050.agv.report import MAX_POINTS, Telemetry, state_of, visualization_of
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import InstantActions
 from ppaas.wire.vda5050.states import PowerSupply
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from tests.support.vda5050.orders import MAP, action, order
 from tests.support.vda5050.schemas import problems
 
@@ -22,7 +22,7 @@ TELEMETRY = Telemetry(PowerSupply(state_of_charge=50.0, charging=False), Velocit
 
 
 def check(agv: Agv, version: Version) -> None:
-    headers = HeaderCounter(version, Address.of(version, "ppaas", "tb1"))
+    headers = HeaderCounter(version, AgvAddress.of(version, "ppaas", "tb1"))
     for topic, message in (
         (topics.STATE, state_of(agv, MAP, TELEMETRY)),
         (topics.VISUALIZATION, visualization_of(agv, MAP, TELEMETRY, 0)),
@@ -73,7 +73,7 @@ def test_a_robot_that_reached_its_last_node_stands() -> None:
     agv.robot_moves(moving=True)
     (drive,) = agv.take_commands()
     assert isinstance(drive, Drive)
-    agv.drive_ended(drive.number, Outcome.REACHED)
+    agv.drive_ended(drive.number, DriveResult.REACHED)
     assert not state_of(agv, MAP, TELEMETRY).driving
 
 
@@ -88,7 +88,7 @@ steps = st.lists(
             order_id=st.sampled_from(["o1", "o2"]),
         ),
         st.builds(RobotPose, st.floats(-1, 5), st.floats(-1, 1), st.just(0.0)),
-        st.sampled_from(Outcome),
+        st.sampled_from(DriveResult),
         st.booleans(),
         st.builds(
             lambda name, number, blocking: InstantActions(actions=[action(name, f"i{number}", blocking)]),
@@ -109,7 +109,7 @@ def test_whatever_happens_the_state_is_valid_and_the_base_is_kept(version: Versi
         before = agv.orders.last_sequence
         if isinstance(event, RobotPose):
             agv.robot_at(event)
-        elif isinstance(event, Outcome):
+        elif isinstance(event, DriveResult):
             agv.drive_ended(number, event)
         elif isinstance(event, bool):
             agv.link(connected=event)

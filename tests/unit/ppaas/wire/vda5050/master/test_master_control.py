@@ -12,7 +12,7 @@ from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.master.instructions import init_position, instant_action
 from ppaas.wire.vda5050.master.master_control import MasterControl
 from ppaas.wire.vda5050.states import ConnectionState, Error, NodeState, SafetyState
-from ppaas.wire.vda5050.topics import Address, Version
+from ppaas.wire.vda5050.topics import AgvAddress, Version
 from tests.support.vda5050.led_agv import LedAgv, path
 from tests.support.vda5050.schemas import problems
 from tests.support.vda5050.simple_agv import SimpleAgv
@@ -476,7 +476,7 @@ def test_orders_and_updates_follow_the_schema(version):
     control.follow(path("a", *((2.0 * index, float(index % 2)) for index in range(8)), theta=math.pi))
     control.run(30.0)
     assert len(control.agv.orders) > 2
-    headers = HeaderCounter(version, Address.of(version, "acme", "7"))
+    headers = HeaderCounter(version, AgvAddress.of(version, "acme", "7"))
     for order in control.agv.orders:
         payload = encode(topics.ORDER, headers.next(topics.ORDER, 1e9), order, version)
         assert problems(version, topics.ORDER, payload) == []
@@ -493,6 +493,6 @@ def test_orders_and_updates_follow_the_schema(version):
     ],
 )
 def test_instant_actions_follow_the_schema(version, message):
-    header = HeaderCounter(version, Address.of(version, "acme", "7")).next(topics.INSTANT_ACTIONS, 1e9)
+    header = HeaderCounter(version, AgvAddress.of(version, "acme", "7")).next(topics.INSTANT_ACTIONS, 1e9)
     payload = encode(topics.INSTANT_ACTIONS, header, message, version)
     assert problems(version, topics.INSTANT_ACTIONS, payload) == []

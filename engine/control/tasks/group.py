@@ -1,0 +1,209 @@
+"""Tasks of one user on one map: reads and stores their records, and obeys the orders of their dispatcher."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+
+from msgspec.structs import replace
+
+from engine.control.tasks.robots import TaskRobots
+from ppaas.errors import Conflict, PPaaSError
+from ppaas.tasks.assignment import Distance, straight
+from ppaas.tasks.dispatcher import Cancel, Dispatcher, Order, RobotNow, Send, StoreTask
+from ppaas.tasks.records import Task, pose_of
+from storage.names import Group
+from storage.ports import TaskStore
+from storage.records import MapTask
+
+logger = logging.getLogger(__name__)
+
+
+# -- retention of tasks that have ended --------------------------------------------------------------------------------
+
+KEPT_FOR = 7 * 86400.0
+"""Time for which a task is kept after its end [s]."""
+
+MOST_ENDED = 1000
+"""Number of ended tasks of a user on a map that are kept; the oldest are removed first."""
+
+
+def obsolete(tasks: Sequence[Task], now: float) -> list[str]:
+    """Return the ids of the tasks that are not kept any longer.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Tasks of a user on a map.
+    now : float
+        Time [s since the epoch].
+    """
+    ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
+    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= KEPT_FOR}
+    return [name for _, name in ended if name not in kept]
+
+
+# -- tasks of a map ----------------------------------------------------------------------------------------------------
+
+REREAD = 30.0
+"""Time between two readings of records without a notice that they were changed [s]."""
+
+DECIDE = 5.0
+"""Time between two looks for a better assignment [s]; news of tasks and goals are a reason at once."""
+
+LINGER = 60.0
+"""Time for which robots are followed after the last task has ended [s]: a robot that comes back after a restart of the
+master may drive for a task that was cancelled meanwhile."""
+
+Measure = Callable[[Dispatcher, float], Awaitable[Distance]]
+"""Returns the lengths of the ways that a decision needs."""
+
+
+class TaskGroup:
+    """Leads the tasks of a user on a map.
+
+    What is stored decides. After a failure, or a change by another process, the dispatcher is made again from the
+    records, as it is after a restart.
+
+    Parameters
+    ----------
+    group : Group
+        User and map.
+    store : TaskStore
+    robots : TaskRobots
+    """
+
+    def __init__(self, group: Group, store: TaskStore, robots: TaskRobots) -> None:
+        self.group = group
+        self.changed = True
+        self._store = store
+        self._robots = robots
+        self._dispatcher: Dispatcher | None = None
+        self._records: dict[str, MapTask] = {}
+        self._read_at = self._decided_at = self._busy_at = float("-inf")
+
+    def is_open(self, now: float) -> bool:
+        """Return whether there may be tasks that have not ended, or goals of tasks that have."""
+        return self.changed or self._dispatcher is None or now - self._busy_at < LINGER
+
+    async def step(self, labels: dict[str, dict[str, str]], now: float, measure: Measure) -> None:
+        """Look at the records and at the connected robots, and do what follows.
+
+        Parameters
+        ----------
+        labels : dict
+            Labels of the connected robots, by robot.
+        now : float
+            Time [s since the epoch].
+        measure : callable
+            Returns the lengths of ways.
+        """
+        try:
+            await self._step(labels, now, measure)
+        except Conflict as error:  # somebody cancelled a task: go on from what is stored
+            logger.info("tasks of user %s on map %r are read again: %s", *self.group, error)
+            self._forget()
+        except BaseException:
+            self._forget()
+            raise
+
+    async def _step(self, labels: dict[str, dict[str, str]], now: float, measure: Measure) -> None:
+        news = self.changed or self._dispatcher is None
+        dispatcher, orders = await self._read(now)
+        if news or dispatcher.tasks:
+            self._busy_at = now
+        await self._obey(orders)
+        await self._see(dispatcher, labels, now)
+        ended = [order for robot in {*labels, *dispatcher.away} for order in self._ended(dispatcher, robot, now)]
+        await self._obey(ended)
+        if news or ended or now - self._decided_at >= DECIDE:
+            self._decided_at = now
+            distance = await measure(dispatcher, now) if is_choice(dispatcher, now) else straight
+            # For many robots it takes tens of milliseconds, in which the master would answer nobody.
+            await self._obey(await asyncio.to_thread(dispatcher.decide, now, distance))
+
+    def _forget(self) -> None:
+        self._dispatcher, self.changed = None, True
+
+    async def _read(self, now: float) -> tuple[Dispatcher, list[Order]]:
+        """Return the dispatcher, which knows all stored tasks, and its orders about those that were cancelled."""
+        known = self._dispatcher
+        if known is not None and not self.changed and now - self._read_at < REREAD:
+            return known, []
+        self.changed = False
+        stored = await asyncio.to_thread(self._store.tasks, *self.group)
+        self._read_at = now
+        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now))
+        self._records = {record.task.id: record for record in stored if record.task.is_open}
+        dispatcher = self._dispatcher = known or Dispatcher([], now)
+        for record in self._records.values():
+            dispatcher.add(record.task, now)
+        orders = [
+            order for name in dispatcher.tasks.keys() - self._records.keys() for order in dispatcher.withdraw(name)
+        ]
+        if any(record.task != dispatcher.tasks[name] for name, record in self._records.items()):
+            raise Conflict("another process changed one of them")
+        return dispatcher, orders
+
+    def _remove(self, names: Iterable[str]) -> None:
+        for name in names:
+            self._store.remove_task(*self.group, name)
+
+    async def _see(self, dispatcher: Dispatcher, labels: dict[str, dict[str, str]], now: float) -> None:
+        user, _ = self.group
+        renewed = [robot for robot in labels if self._robots.follow(user, robot)]
+        seen: dict[str, RobotNow] = {
+            robot: self._robots.now(user, robot, labels[robot]) for robot in labels if self._robots.client(user, robot)
+        }
+        if renewed:
+            await self._obey(dispatcher.see({name: now_ for name, now_ in seen.items() if name not in renewed}, now))
+        await self._obey(dispatcher.see(seen, now, self._lost(dispatcher)))
+
+    def _lost(self, dispatcher: Dispatcher) -> dict[str, float]:
+        """Return when the robots with a task were lost that are not connected [s since the epoch], as far as known."""
+        lost = {robot: self._robots.lost_at(self.group[0], robot) for robot in dispatcher.away}
+        return {robot: at for robot, at in lost.items() if at is not None}
+
+    def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
+        client = self._robots.client(self.group[0], robot)
+        for goal in [] if client is None else client.goals():
+            if goal.state == "pending" or goal.state == "active":  # noqa: PLR1714 - mypy narrows no sets
+                continue
+            orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)
+            if orders:
+                return orders
+        return []
+
+    async def _obey(self, orders: list[Order]) -> None:
+        for order in orders:
+            match order:
+                case StoreTask():
+                    await self._put(order)
+                case Send():
+                    self._send(order)
+                case Cancel():
+                    client = self._robots.client(self.group[0], order.robot)
+                    if client is not None:
+                        client.cancel_any(order.goal_id)
+
+    async def _put(self, order: StoreTask) -> None:
+        before = self._records[order.task.id]
+        record = replace(before, task=order.task)
+        await asyncio.to_thread(lambda: self._store.put_task(record, instead_of=before))
+        self._records[order.task.id] = record
+        if not order.task.is_open:
+            del self._records[order.task.id]
+
+    def _send(self, order: Send) -> None:
+        client = self._robots.client(self.group[0], order.robot)
+        if client is None:
+            return  # it is sent once the robot is there
+        try:
+            client.send(pose_of(order.place), order.goal_id)
+        except PPaaSError as error:
+            raise Conflict(f"goal {order.goal_id!r} of robot {order.robot!r} is sent again: {error}") from error
+
+
+def is_choice(dispatcher: Dispatcher, now: float) -> bool:
+    """Return whether more than one assignment is possible, so that lengths of ways matter."""
+    free, tasks = dispatcher.candidates(now), dispatcher.undecided(now)
+    return bool(free and tasks) and (len(free) > 1 or len(tasks) > 1)

@@ -1,1 +1,0 @@
-"""Endpoint: the process that serves sockets and REST of a cloud, and calls its master."""

@@ -1,1 +1,0 @@
-"""Endpoints as the master serves them: their registration, their clients, and their calls."""

@@ -1,0 +1,362 @@
+"""Tasks in the process of a master: robots are sent, records follow, and a restart sends nothing twice."""
+
+import json
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import Mock
+
+import msgspec
+import pytest
+from msgspec import Raw
+
+from engine.control.planning.requests import CostAnswer, CostRequest
+from engine.control.robot_navigation import NavigationClient
+from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
+from engine.control.tasks.robots import TaskRobots, labels_of
+from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.links.presence import RobotPresence
+from engine.master.places import robot_key
+from engine.specs.containers import MapVersion
+from ppaas.clock import ManualClock
+from ppaas.errors import Unavailable
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.tasks.dispatcher import GONE_AFTER
+from ppaas.tasks.records import Task
+from storage.memory.store import MemoryStore
+from storage.records import MapTask
+from tests.support.endpoints.still_place import StillRobot, delivered
+from tests.support.engine.at_once import at_once
+from tests.support.engine.specs import robot_request
+from tests.support.storage.records import robot
+
+GOAL, CANCEL = "move_base/goal", "move_base/cancel"
+
+
+class Hall:
+    """Robots of ann on the map house, the store, and the runner of a master."""
+
+    def __init__(self) -> None:
+        self.clock = ManualClock(1000.0)
+        self.store = MemoryStore()
+        self.places: dict[str, StillRobot] = {}
+        self.costs: list[list[float | None]] | None = None
+        self.asked: list[CostRequest] = []
+        self.start()
+
+    def start(self) -> None:
+        """Start a master, as after the end of another one."""
+        self.presence = RobotPresence(self.places.get, self.clock)
+        for key in self.places:
+            self.presence.came(key)
+        driver = SimpleNamespace(
+            presence=self.presence,
+            place=self.places.get,
+            request_of=lambda key: robot_request(key.partition("/")[2]) if key in self.places else None,
+        )
+        self.news = TaskNews()
+        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self.news.wake.set))
+        for key in self.places:
+            self.robots.place_opened(key)
+        self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock)
+
+    async def compute(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
+        self.asked.append(request)
+        if self.costs is None:
+            raise Unavailable("no machine has room")
+        return CostAnswer(Raw(json.dumps(self.costs).encode()), 0.1, "c9", 9, version.id, version.version)
+
+    def connect(self, name: str, **properties: Any) -> StillRobot:
+        key = robot_key("ann", name)
+        place = self.places[key] = StillRobot()
+        place.container = "c"
+        self.store.put_robot(robot(name, properties=properties))
+        self.robots.place_opened(key)
+        self.presence.came(key)
+        return place
+
+    def add(self, name: str, x: float, **fields: Any) -> None:
+        given: dict[str, Any] = {"kind": "go_to", "places": ((x, 0.0, 0.0),), "created": self.clock()} | fields
+        self.store.put_task(MapTask("ann", "house", Task(id=name, **given)))
+        at_once(self.news.changed("ann", "house"))
+
+    def task(self, name: str) -> Task:
+        return self.store.task("ann", "house", name).task
+
+    async def after(self, seconds: float = 1.0) -> None:
+        self.clock.advance(seconds)
+        await self.runner.step()
+
+
+def tell(place: StillRobot, x: float, *goals: tuple[str, Status]) -> None:
+    """Let a robot tell where it is, and its goals."""
+    pose = {"position": {"x": x, "y": 0.0}, "orientation": {"w": 1.0}}
+    place.publish_json("amcl_pose", {"header": {"frame_id": "map"}, "pose": {"pose": pose}})
+    statuses = [{"goal_id": {"id": goal}, "status": int(status)} for goal, status in goals]
+    place.publish_json("move_base/status", {"status_list": statuses})
+
+
+def ends(place: StillRobot, goal: str, status: Status, text: str = "") -> None:
+    place.publish_json("move_base/result", {"status": {"goal_id": {"id": goal}, "status": int(status), "text": text}})
+
+
+def goals(place: StillRobot) -> list[tuple[str, str]]:
+    """Return the goals and cancellations that a robot has got since the last call."""
+    found = []
+    for topic, message in delivered(place):
+        found.append((topic, message["goal_id"]["id"] if topic == GOAL else message["id"]))
+    return found
+
+
+@pytest.fixture
+def hall() -> Hall:
+    return Hall()
+
+
+async def test_a_task_is_done_by_a_robot(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0, kind="pick_drop", places=((5.0, 0.0, 0.0), (9.0, 0.0, 0.0)))
+    await hall.after()
+    assert goals(place) == []
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+    assert (hall.task("t").state, hall.task("t").robot) == ("assigned", "r")
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    assert hall.news.wake.is_set()
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-1-0")]
+    ends(place, "task-t-1-0", Status.SUCCEEDED)
+    await hall.after()
+    assert (hall.task("t").state, hall.task("t").ended) == ("done", hall.clock())
+
+
+async def test_the_matrix_of_costs_decides_who_goes(hall: Hall) -> None:
+    near, far = hall.connect("near"), hall.connect("far")
+    hall.costs = [[5.0], [100.0]]  # of the robots by name, far before near: a wall is in the way of the near one
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(near, 4.0)
+    tell(far, 0.0)
+    await hall.after(5.0)
+    assert (goals(far), goals(near)) == ([(GOAL, "task-t-0-0")], [])
+    assert hall.asked[-1].goals == ((5.0, 0.0, 0.0),)
+
+
+async def test_straight_lines_decide_while_no_planning_container_answers(hall: Hall) -> None:
+    near, far = hall.connect("near"), hall.connect("far")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(near, 4.0)
+    tell(far, 0.0)
+    await hall.after(5.0)
+    assert (goals(far), goals(near)) == ([], [(GOAL, "task-t-0-0")])
+    assert hall.asked
+
+
+async def test_labels_are_properties_of_robots(hall: Hall) -> None:
+    near, far = hall.connect("near"), hall.connect("far", lift="yes", level=2, parts=[1])
+    hall.add("t", 5.0, labels={"lift": "yes", "level": "2"})
+    await hall.after()
+    tell(near, 4.0)
+    tell(far, 0.0)
+    await hall.after(5.0)
+    assert (goals(far), goals(near)) == ([(GOAL, "task-t-0-0")], [])
+    assert labels_of({"a": "x", "b": True, "c": 1.5, "d": None, "e": []}) == {"a": "x", "b": "true", "c": "1.5"}
+
+
+async def test_a_cancelled_task_stops_its_robot(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    kept = hall.store.task("ann", "house", "t")
+    hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, state="cancelled")))
+    goals(place)
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    assert goals(place) == [(CANCEL, "task-t-0-0")]
+    assert hall.task("t").state == "cancelled"
+
+
+async def test_a_task_that_was_cancelled_just_now_is_not_written_over(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    kept = hall.store.task("ann", "house", "t")
+    hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, state="cancelled")))
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    for _ in range(3):
+        await hall.after()
+    assert hall.task("t").state == "cancelled"
+
+
+async def test_another_master_goes_on_and_sends_the_goal_of_the_record_again(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    hall.add("gone", 6.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+    hall.robots.close()
+    hall.start()
+    await hall.after()
+    tell(place, 1.0, ("task-t-0-0", Status.ACTIVE), ("task-old-0-0", Status.ACTIVE))
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-0-0"), (CANCEL, "task-old-0-0")]
+    tell(place, 5.0, ("task-t-0-0", Status.SUCCEEDED))
+    await hall.after()
+    assert hall.task("t").state == "done"
+
+
+async def test_a_robot_that_leaves_gives_its_task_to_another(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    del hall.places[robot_key("ann", "r")]
+    other = hall.connect("s")
+    await hall.after()
+    tell(other, 0.0)
+    await hall.after(GONE_AFTER + 1.0)
+    await hall.after(5.0)
+    assert goals(other) == [(GOAL, "task-t-0-1")]
+
+
+async def test_a_robot_that_left_gets_no_task_while_its_container_waits_for_it(hall: Hall) -> None:
+    place = hall.connect("r")
+    tell(place, 0.0)
+    hall.presence.left(robot_key("ann", "r"))
+    hall.add("t", 5.0)
+    for _ in range(10):
+        await hall.after(5.0)
+        tell(place, 0.0)
+    assert (goals(place), hall.task("t").state) == ([], "queued")
+    hall.presence.came(robot_key("ann", "r"))
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+
+
+async def test_a_task_returns_its_time_after_the_loss_of_its_robot_and_not_after_the_end_of_its_container(
+    hall: Hall,
+) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    goals(place)
+    await hall.after(GONE_AFTER)
+    assert hall.task("t").state == "assigned"
+    await hall.after()
+    assert (hall.task("t").state, hall.task("t").failures) == ("queued", 0)
+    assert goals(place) == [(CANCEL, "task-t-0-0")]  # its clone still runs
+
+
+async def test_records_that_are_read_again_do_not_delay_the_return_of_a_task(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    await hall.after(20.0)
+    hall.runner._groups["ann", "house"]._forget()
+    await hall.after(GONE_AFTER - 20.0 + 1.0)
+    assert hall.task("t").state == "queued"
+
+
+async def test_a_goal_that_the_clone_gives_up_while_its_robot_is_away_is_sent_again_and_no_failure(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    await hall.after()
+    goals(place)
+    ends(place, "task-t-0-0", Status.ABORTED, "no progress")
+    await hall.after()
+    assert (goals(place), hall.task("t").state, hall.task("t").failures) == ([], "assigned", 0)
+    hall.presence.came(robot_key("ann", "r"))
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-0-1")]
+
+
+async def test_a_place_that_is_opened_again_gets_the_goal_again(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    place.close(Unavailable("it was moved"))
+    again = hall.connect("r")
+    await hall.after()
+    assert goals(again) == [(GOAL, "task-t-0-0")]
+    assert hall.task("t").failures == 0
+
+
+async def test_a_store_that_fails_loses_nothing(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+
+    def fails(*_: Any, **__: Any) -> None:
+        raise Unavailable("the disk is full")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(hall.store, "put_task", fails)
+        with pytest.raises(Unavailable):
+            await hall.after(5.0)
+    assert goals(place) == []
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+
+
+async def test_robots_are_followed_only_while_there_are_tasks(hall: Hall) -> None:
+    place = hall.connect("r")
+    await hall.after()
+    assert place.clients == 0
+    hall.add("t", 5.0)
+    await hall.after()
+    assert place.clients == 1
+    hall.store.remove_tasks("house")
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    for _ in range(2):
+        await hall.after(61.0)
+    assert place.clients == 0
+
+
+async def test_robots_are_not_looked_at_while_there_are_no_tasks(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    hall.connect("r")
+    looked = Mock(wraps=hall.robots.connected)
+    monkeypatch.setattr(hall.robots, "connected", looked)
+    await hall.after()
+    looked.assert_not_called()
+    hall.add("t", 5.0)
+    await hall.after()
+    looked.assert_called()
+
+
+def ended(name: str, at: float) -> Task:
+    return Task(id=name, kind="go_to", places=((0.0, 0.0, 0.0),), state="done", ended=at)
+
+
+def test_tasks_are_removed_some_days_after_their_end() -> None:
+    waiting = Task(id="w", kind="go_to", places=((0.0, 0.0, 0.0),))
+    assert obsolete([ended("old", 0.0), ended("new", 5.0), waiting], KEPT_FOR + 3.0) == ["old"]
+
+
+def test_of_many_tasks_the_oldest_are_removed() -> None:
+    tasks = [ended(f"t{number}", float(number)) for number in range(MOST_ENDED + 2)]
+    assert sorted(obsolete(tasks, 2000.0)) == ["t0", "t1"]
