@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MOST_CONTAINERS, MOST_PLACEMENTS, MOST_MACHINES = 2_000, 1_000_000, 10_000
 
 
-class Engine:
+class EngineBench:
     """``ppaas bench engine``: start, crash and number of containers, lost machines, the master, and messages."""
 
     HELP = "the engine: start and recovery of containers, capacity of a machine, placements, messages, coordinators"
@@ -30,9 +30,9 @@ class Engine:
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:
         """Add the arguments."""
-        _add_only(parser, Engine.PARTS)
+        _add_only(parser, EngineBench.PARTS)
         parser.add_argument(
-            "--runtime", choices=Engine.RUNTIMES, default="process", help="runtime of the containers (%(default)s)"
+            "--runtime", choices=EngineBench.RUNTIMES, default="process", help="runtime of the containers (%(default)s)"
         )
         parser.add_argument("--containers", type=whole(most=MOST_CONTAINERS), default=100, metavar="N",
                             help="containers at once on one machine (%(default)s)")  # fmt: skip
@@ -58,7 +58,7 @@ class Engine:
         return measured(event_loop.run(suite.measure(options, progress), uvloop.new_event_loop))
 
 
-class Service:
+class ServiceBench:
     """``ppaas bench service``: waiting times of a cloud's user, part by part."""
 
     HELP = "waiting times of a user, from the start of a cloud to driving robots"
@@ -70,7 +70,7 @@ class Service:
         """Add the arguments."""
         add_cloud_arguments(parser)
         parser.set_defaults(url=None)
-        _add_only(parser, Service.PARTS)
+        _add_only(parser, ServiceBench.PARTS)
         _add_quick(parser)
 
     @staticmethod
@@ -86,7 +86,7 @@ class Service:
         return measured(event_loop.run(suite.measure(options, progress), uvloop.new_event_loop))
 
 
-class Reuse:
+class ReuseBench:
     """``ppaas bench reuse``: what it saves to look for a path among those that are kept."""
 
     HELP = "speed-up of stored plans over computed ones"
@@ -107,7 +107,7 @@ class Reuse:
         return measured(event_loop.run(plan_reuse.measure(progress, arguments.quick), uvloop.new_event_loop))
 
 
-class Recording:
+class RecordingBench:
     """``ppaas bench recording``: CPU time and size of the recording of a driving robot."""
 
     HELP = "CPU time and size of the recording of a driving robot, beside the same drive without it"
@@ -126,7 +126,7 @@ class Recording:
         return measured(event_loop.run(recording.measure(progress, quick=arguments.quick)))
 
 
-class Foxglove:
+class FoxgloveBench:
     """``ppaas bench foxglove``: CPU time of the endpoint for a viewer of many robots."""
 
     HELP = "CPU time of a viewer of Foxglove that looks at many robots, beside foxglove-sdk's own server"
@@ -138,7 +138,7 @@ class Foxglove:
     def configure(parser: argparse.ArgumentParser) -> None:
         """Add the arguments."""
         _add_quick(parser, "few robots")
-        parser.add_argument("--robots", type=whole(1, 100), help=f"number of robots ({Foxglove.ROBOTS})")
+        parser.add_argument("--robots", type=whole(1, 100), help=f"number of robots ({FoxgloveBench.ROBOTS})")
 
     @staticmethod
     def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
@@ -146,11 +146,11 @@ class Foxglove:
         from benchmarks.foxglove import measurement  # noqa: PLC0415
         from benchmarks.harness.figures import measured  # noqa: PLC0415
 
-        robots = arguments.robots or (Foxglove.QUICK_ROBOTS if arguments.quick else Foxglove.ROBOTS)
+        robots = arguments.robots or (FoxgloveBench.QUICK_ROBOTS if arguments.quick else FoxgloveBench.ROBOTS)
         return measured(event_loop.run(measurement.measure(progress, robots, quick=arguments.quick)))
 
 
-class Wire:
+class WireBench:
     """``ppaas bench wire``: latency, CPU time and memory of endpoints."""
 
     HELP = "latency, CPU time and memory of endpoints, beside bare programs that carry the same frames"
@@ -160,7 +160,7 @@ class Wire:
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:
         """Add the arguments."""
-        _add_only(parser, Wire.PARTS)
+        _add_only(parser, WireBench.PARTS)
         _add_quick(parser)
 
     @staticmethod
@@ -175,7 +175,7 @@ class Wire:
         return measured(event_loop.run(suite.measure(options, progress), uvloop.new_event_loop))
 
 
-class Boards:
+class BoardsBench:
     """``ppaas bench boards``: rate, memory and pauses of the clients for MicroPython and Arduino."""
 
     HELP = "rate, memory and pauses of the clients for MicroPython and Arduino, beside JSON without them"
@@ -199,7 +199,7 @@ class Boards:
         return measured(figures)
 
 
-class Bridge:
+class BridgeBench:
     """``ppaas bench bridge``: latency, CPU time and memory of the bridges of robots with ROS."""
 
     HELP = "latency, CPU time and memory of ppaas bridge ros2 and ros1, beside messages that pass without them"
@@ -211,7 +211,10 @@ class Bridge:
         """Add the arguments."""
         _add_quick(parser)
         parser.add_argument(
-            "--transport", choices=Bridge.TRANSPORTS, action="append", help="transport to measure, again for more (all)"
+            "--transport",
+            choices=BridgeBench.TRANSPORTS,
+            action="append",
+            help="transport to measure, again for more (all)",
         )
 
     @staticmethod
@@ -220,11 +223,11 @@ class Bridge:
         from benchmarks.bridge import measurement  # noqa: PLC0415
         from benchmarks.harness.figures import measured  # noqa: PLC0415
 
-        transports = arguments.transport or Bridge.TRANSPORTS
+        transports = arguments.transport or BridgeBench.TRANSPORTS
         return measured(event_loop.run(measurement.measure(progress, transports, quick=arguments.quick)))
 
 
-class Vda5050:
+class Vda5050Bench:
     """``ppaas bench vda5050``: CPU time and memory of bridges with many robots as AGVs, and many AGVs as robots."""
 
     HELP = "CPU time and memory of ppaas bridge vda5050 and ppaas bridge agv with many robots, over mosquitto"
@@ -239,7 +242,7 @@ class Vda5050:
     def configure(parser: argparse.ArgumentParser) -> None:
         """Add the arguments."""
         _add_quick(parser, "few robots")
-        parser.add_argument("--robots", type=whole(1, 500), help=f"number of robots ({Vda5050.ROBOTS})")
+        parser.add_argument("--robots", type=whole(1, 500), help=f"number of robots ({Vda5050Bench.ROBOTS})")
 
     @staticmethod
     def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
@@ -247,8 +250,8 @@ class Vda5050:
         from benchmarks.harness.figures import measured  # noqa: PLC0415
         from benchmarks.vda5050 import measurement  # noqa: PLC0415
 
-        robots = arguments.robots or (Vda5050.QUICK_ROBOTS if arguments.quick else Vda5050.ROBOTS)
-        seconds = Vda5050.QUICK_SECONDS if arguments.quick else Vda5050.SECONDS
+        robots = arguments.robots or (Vda5050Bench.QUICK_ROBOTS if arguments.quick else Vda5050Bench.ROBOTS)
+        seconds = Vda5050Bench.QUICK_SECONDS if arguments.quick else Vda5050Bench.SECONDS
         presented = event_loop.run(measurement.measure(progress, robots, seconds))
         taken = event_loop.run(measurement.measure_agvs(progress, robots, seconds))
         return measured([*presented, *taken])

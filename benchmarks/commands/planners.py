@@ -31,7 +31,7 @@ LONGEST_PAUSE = 60.0
 """Longest pause between two fields [s]."""
 
 
-class Compare:
+class CompareBench:
     """``ppaas bench compare``: compares our planners with packages from PyPI on the same grid."""
 
     HELP = "our planners and installed packages from PyPI on the same grid"
@@ -57,7 +57,7 @@ class Compare:
         return Measured(told, tables.compare_rows(told))
 
 
-class Field:
+class FieldBench:
     """``ppaas bench field``: time of the full cost field of a goal on one grid."""
 
     HELP = "the full cost field of one goal"
@@ -100,7 +100,7 @@ class Field:
         return Measured(told, tables.field_rows(told))
 
 
-class Fig3:
+class Fig3Bench:
     """``ppaas bench fig3``: planning time over path length, as in Fig. 3 of the paper."""
 
     HELP = "planning time over path length: threads of this process, a container of several cores, and navfn"
@@ -128,7 +128,7 @@ class Fig3:
         return Measured(told, tables.length_rows(told))
 
 
-class Index:
+class IndexBench:
     """``ppaas bench index``: time to prepare a grid for a planner, and correctness of its answers."""
 
     HELP = "the index of a grid: time to build it by number of threads, and correctness of queries"
@@ -149,7 +149,7 @@ class Index:
         return Measured(told, tables.index_rows(told))
 
 
-class Planning:
+class PlanningBench:
     """``ppaas bench planning``: time to prepare maps, to convert depth images to scans, and to plan paths."""
 
     HELP = "preparation of maps, scans from depth images, and planning, without a cloud"
@@ -171,7 +171,7 @@ class Planning:
         return measured(planning.measure(progress, arguments.quick) + prepared)
 
 
-class Scaling:
+class ScalingBench:
     """``ppaas bench scaling``: time of the full cost field, or of plans, by size of the grid."""
 
     HELP = "the full cost field, or plans, on grids from 256² up"
@@ -209,7 +209,7 @@ class Scaling:
         return Measured(told, tables.scaling_rows(told))
 
 
-class Scenario:
+class ScenarioBench:
     """``ppaas bench scenario``: runs the queries of a MovingAI scenario, and checks the lengths of the paths."""
 
     HELP = "every query of a MovingAI scenario: times, and number of wrong lengths"
@@ -231,7 +231,7 @@ class Scenario:
         return Measured(told, tables.scenario_rows(told))
 
 
-class Suite:
+class SuiteBench:
     """``ppaas bench suite``: measures all figures of planners in ``docs/performance.md``, and stores them in a file."""
 
     HELP = "all figures of a planner report, stored in a JSON file"
@@ -244,10 +244,10 @@ class Suite:
         parser.add_argument("--data", type=Path, metavar="FOLDER", help="folder with real maps in ros/ and movingai/")
         parser.add_argument(
             "--only",
-            choices=Suite.PARTS,
+            choices=SuiteBench.PARTS,
             metavar="PART",
             action="append",
-            help=f"part to measure, again for more: {', '.join(Suite.PARTS)} (all)",
+            help=f"part to measure, again for more: {', '.join(SuiteBench.PARTS)} (all)",
         )
         parser.add_argument(
             "--quick", action="store_true", help="small grids: a check that it runs, not for comparison"
@@ -267,7 +267,7 @@ class Suite:
         return Measured(measured)
 
 
-class Report:
+class ReportBench:
     """``ppaas bench report``: writes the results of a suite as Markdown."""
 
     HELP = "the results of a suite, as Markdown"

@@ -37,6 +37,7 @@ from engine.master.quotas import Quota
 from engine.processes.background import Background, run_unless_stopped, stop_on_signals
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
+from engine.processes.service_manager import ServiceManager
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation.cache_folder import ensure_cache
@@ -197,8 +198,12 @@ def admin_password(path: Path) -> str:
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
-    stop = stop_on_signals()
+    stop, manager = stop_on_signals(), ServiceManager()
     async with contextlib.AsyncExitStack() as stack:
+        stack.push_async_callback(manager.stop)
+        manager.start()
+        if arguments.standby is not None:  # it may wait for as long as another process leads
+            manager.notify(READY="1", STATUS="standing by, or taking over")
         config = cloud_config(arguments)
         spares = SpareProcesses(COMMAND)
         stack.push_async_callback(spares.close)
@@ -216,6 +221,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
         if keeper is not None:
             ports.log(tls=tls is not None)
             url = url_of(ports.web[0], "http" if tls is None else "https")
+            manager.notify(READY="1", STATUS=f"serving at {url}")
             await _run(keeper, stop, url, arguments.ready_file)
 
 

@@ -127,7 +127,7 @@ class CloneOwner:
     lost: Callable[[PPaaSError], None]
 
 
-class Clone:
+class SharedClone:
     """Clone of a robot, which all its containers share.
 
     Parameters
@@ -231,7 +231,7 @@ class RapyutaContainer(RapyutaEndpoint):
     Parameters
     ----------
     tag : str
-    clone : Clone
+    clone : SharedClone
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class RapyutaContainer(RapyutaEndpoint):
         Nodes of the clone by the tags that they were started with.
     """
 
-    def __init__(self, tag: str, clone: Clone) -> None:
+    def __init__(self, tag: str, clone: SharedClone) -> None:
         super().__init__(tag)
         self.clone = clone
         self.nodes: dict[str, str] = {}

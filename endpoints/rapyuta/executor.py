@@ -12,9 +12,9 @@ from endpoints.rapyuta.clone import (
     MAX_NODES,
     ON_REQUEST,
     SECTIONS,
-    Clone,
     CloneOwner,
     RapyutaContainer,
+    SharedClone,
     node_of,
     parse_arguments,
 )
@@ -277,7 +277,7 @@ class Executor:
             self.destroy(container)
             raise
 
-    async def _opened(self) -> Clone:
+    async def _opened(self) -> SharedClone:
         robot = self._robot
         owner = CloneOwner(
             robot.identity.user,
@@ -287,7 +287,7 @@ class Executor:
             robot.report,
             self._lost,
         )
-        clone = Clone(self._sessions, owner)
+        clone = SharedClone(self._sessions, owner)
         try:
             await clone.open()
         except NotFound as error:
@@ -417,7 +417,7 @@ class Executor:
             if clone.is_open and clone.client is not before:
                 self._reopen(clone)
 
-    def _reopen(self, clone: Clone) -> None:
+    def _reopen(self, clone: SharedClone) -> None:
         containers = [one for one in self._endpoints.all() if isinstance(one, RapyutaContainer) and one.clone is clone]
         for container in containers:
             self._each(container.own_interfaces(), lambda interface: interface.open())

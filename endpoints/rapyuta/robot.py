@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import dataclass
 
 from endpoints.http.websocket_protocol import DirectWebSocket
-from endpoints.rapyuta.clone import Clone, RapyutaContainer
+from endpoints.rapyuta.clone import RapyutaContainer, SharedClone
 from endpoints.rapyuta.interfaces import ROBOT_INTERFACES, RapyutaEndpoint, RobotInterface
 from engine.sessions.outbox import FrameOutbox
 from ppaas.errors import InvalidInput, PPaaSError
@@ -84,7 +84,7 @@ class RapyutaRobot(RapyutaEndpoint):
         Done once the robot must disconnect; its result is the reason.
     containers : dict of str to RapyutaContainer
         Containers that it created, by tag.
-    clone : Clone or None
+    clone : SharedClone or None
         Its clone, while it has containers.
     """
 
@@ -94,7 +94,7 @@ class RapyutaRobot(RapyutaEndpoint):
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self.outbox = FrameOutbox()
         self.containers: dict[str, RapyutaContainer] = {}
-        self.clone: Clone | None = None
+        self.clone: SharedClone | None = None
         self.carrier: RobotConnection | None = None
         self.expiry: asyncio.TimerHandle | None = None
 

@@ -3,13 +3,12 @@
 Without ``NOTIFY_SOCKET`` in the environment nothing is sent.
 """
 
-import asyncio
 import os
 import socket
 from collections.abc import MutableMapping
 from contextlib import suppress
 
-from engine.processes.background import repeat
+from engine.processes.background import Background, repeat
 
 ADDRESS, WATCHDOG, WATCHED = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
 
@@ -24,6 +23,7 @@ class ServiceManager:
     """
 
     def __init__(self, environment: MutableMapping[str, str] = os.environ) -> None:
+        self._background = Background()
         self._address = environment.pop(ADDRESS, "")
         limit, watched = environment.pop(WATCHDOG, ""), environment.pop(WATCHED, "")
         is_watched = limit.isdecimal() and watched in ("", str(os.getpid()))
@@ -41,12 +41,15 @@ class ServiceManager:
             sending.setblocking(False)
             sending.sendto(text.encode(), address)
 
-    async def keep_alive(self) -> None:
-        """Send signs of life until cancelled, from the event loop: if it hangs, the manager restarts this process."""
-        if self.period is None:
-            await asyncio.Event().wait()
-        else:
-            await repeat(self._live, self.period)
+    def start(self) -> None:
+        """Send signs of life from the running event loop: if it hangs, the manager restarts this process."""
+        if self.period is not None:
+            self._background.run(repeat(self._live, self.period))
+
+    async def stop(self) -> None:
+        """Send that this process is about to end, and no more signs of life."""
+        self.notify(STOPPING="1")
+        await self._background.cancel()
 
     async def _live(self) -> None:
         self.notify(WATCHDOG="1")

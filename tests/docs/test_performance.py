@@ -3,7 +3,7 @@
 import re
 import tomllib
 
-from benchmarks.commands.cloud import Engine
+from benchmarks.commands.cloud import EngineBench
 from benchmarks.engine import master, recovery
 from benchmarks.engine.capacity import CORES
 from benchmarks.engine.master import BALANCERS
@@ -38,7 +38,7 @@ ENGINE_PAGE = "docs/engine.md"
 
 def test_exactly_the_parts_and_options_of_the_bench_are_listed() -> None:
     named = re.findall(r"^\| `(\w+)` \|", text_of(ENGINE_PAGE).partition("## What is measured")[2], re.MULTILINE)
-    assert sorted(named[: len(Engine.PARTS)]) == sorted(Engine.PARTS)
+    assert sorted(named[: len(EngineBench.PARTS)]) == sorted(EngineBench.PARTS)
     options = re.findall(r"`(--[a-z]+)", text_of(ENGINE_PAGE).partition("## What is measured")[0])
     assert set(options) == {"--only", "--runtime", "--containers", "--placements", "--machines", "--quick", "--json"}
 

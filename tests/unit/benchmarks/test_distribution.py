@@ -18,7 +18,8 @@ BENCHES = ENTRIES[GROUP]
 @pytest.mark.parametrize(("name", "value"), BENCHES.items())
 def test_every_bench_is_a_module_or_a_class_of_its_name(name: str, value: str) -> None:
     module, _, bench_class = value.partition(":")
-    assert bench_class == name.capitalize() or module in (f"benchmarks.commands.{name}", f"benchmarks.{name}.command")
+    modules = (f"benchmarks.commands.{name}", f"benchmarks.{name}.command", f"benchmarks.stores.{name}")
+    assert bench_class == f"{name.capitalize()}Bench" or module in modules
     bench = EntryPoint(name, value, GROUP).load()
     assert bench.HELP
     assert callable(bench.configure)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.commands.cloud import Service
+from benchmarks.commands.cloud import ServiceBench
 from benchmarks.service import suite
 from robots.cli.main import main
 
@@ -20,4 +20,4 @@ def test_an_unknown_part_is_refused_with_the_known_ones(capsys: pytest.CaptureFi
 
 
 def test_every_known_part_is_measured() -> None:
-    assert set(Service.PARTS) == {*suite.PARTS, *suite.STARTS}
+    assert set(ServiceBench.PARTS) == {*suite.PARTS, *suite.STARTS}

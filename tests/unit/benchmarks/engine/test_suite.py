@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.commands.cloud import Engine
+from benchmarks.commands.cloud import EngineBench
 from benchmarks.engine import master, options, standby, suite
 from robots.cli.main import main
 
@@ -45,8 +45,8 @@ def test_a_killed_master_loses_no_placement_or_setting(capsys: pytest.CaptureFix
 
 
 def test_every_known_part_and_runtime_can_be_selected() -> None:
-    assert set(Engine.PARTS) == {*suite.PARTS, standby.PART, master.PART}
-    assert set(Engine.RUNTIMES) == set(options.RUNTIMES)
+    assert set(EngineBench.PARTS) == {*suite.PARTS, standby.PART, master.PART}
+    assert set(EngineBench.RUNTIMES) == set(options.RUNTIMES)
 
 
 def test_invalid_options_are_refused(capsys: pytest.CaptureFixture[str]) -> None:

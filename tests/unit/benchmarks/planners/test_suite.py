@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
-from benchmarks.commands.planners import Suite
+from benchmarks.commands.planners import SuiteBench
 from benchmarks.planners import grids, index, path_lengths, report, suite
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, InvalidPlanner
 from ppaas.maps.generate import warehouse
@@ -20,7 +20,7 @@ SCENARIO = {
 
 
 def test_every_known_part_is_measured() -> None:
-    assert set(Suite.PARTS) == set(suite.PARTS)
+    assert set(SuiteBench.PARTS) == set(suite.PARTS)
 
 
 def test_real_maps_are_measured_and_every_part_can_be_rendered(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import psutil
 import pytest
 
-from benchmarks.commands.cloud import Wire
+from benchmarks.commands.cloud import WireBench
 from benchmarks.wire import half_open, latency, load, suite, two_endpoints
 from benchmarks.wire.echo_runtime import NO_PROCESS, VELOCITY, Echo
 from benchmarks.wire.load import FrameCosts, frame_costs
@@ -55,7 +55,7 @@ def test_no_process_has_the_id_of_a_task() -> None:
 
 
 def test_the_command_names_the_parts_of_the_bench() -> None:
-    assert (*suite.PARTS, two_endpoints.PART) == Wire.PARTS
+    assert (*suite.PARTS, two_endpoints.PART) == WireBench.PARTS
 
 
 def test_added_latency_is_the_difference_of_medians() -> None:

@@ -4,6 +4,7 @@ import asyncio
 import os
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -35,19 +36,25 @@ async def test_signs_of_life_are_sent_in_half_the_time(manager: tuple[socket.soc
     listening, environment = manager
     service = ServiceManager(environment | {"WATCHDOG_USEC": "20000", "WATCHDOG_PID": pid})
     assert service.period == pytest.approx(0.01)
-    alive = asyncio.create_task(service.keep_alive())
+    service.start()
     for _ in range(3):
         assert await asyncio.to_thread(listening.recv, 100) == b"WATCHDOG=1"
-    alive.cancel()
+    await service.stop()
+    listening.settimeout(0.0)
+    left = []
+    with suppress(BlockingIOError):
+        while True:
+            left.append(listening.recv(100))
+    assert left[-1] == b"STOPPING=1"
 
 
 @pytest.mark.parametrize("given", [{}, {"WATCHDOG_USEC": "20000", "WATCHDOG_PID": "1"}, {"WATCHDOG_USEC": "soon"}])
 async def test_none_are_sent_that_nobody_expects(given: dict[str, str]) -> None:
     service = ServiceManager(dict(given))
+    service.start()
     service.notify(READY="1")
     assert service.period is None
-    with pytest.raises(TimeoutError):
-        await asyncio.wait_for(service.keep_alive(), 0.05)
+    await service.stop()
 
 
 def test_a_manager_that_is_gone_is_no_error(tmp_path: Path) -> None:
