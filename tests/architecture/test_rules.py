@@ -3,7 +3,7 @@
 import pytest
 
 from tests.support import rules
-from tests.support.sources import Source
+from tests.support.sources import ALL_PACKAGES, Source, sources
 
 VIOLATIONS = [
     (rules.io_imports, "import asyncio"),
@@ -52,6 +52,17 @@ def test_rule_finds_violations(rule, text):
 @pytest.mark.parametrize(("rule", "text"), ALLOWED)
 def test_rule_accepts_allowed_code(rule, text):
     assert rule(Source.of("ppaas/maps/grid.py", text)) == []
+
+
+def test_a_listed_state_machine_may_be_twice_as_long():
+    [centre, *_] = sorted(rules.CENTRES)
+    assert rules.long_file(Source.of(centre, "x = 0\n" * 800)) == []
+    assert rules.long_file(Source.of(centre, "x = 0\n" * 801))
+
+
+def test_every_listed_state_machine_is_long():
+    files = {source.path: len(source.text.splitlines()) for source in sources(*ALL_PACKAGES)}
+    assert [path for path in sorted(rules.CENTRES) if files.get(path, 0) <= rules.MAX_FILE_LINES] == []
 
 
 def test_only_the_clock_imports_time():

@@ -24,7 +24,7 @@ from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
 from ppaas.nodes.topics import AMCL_POSE, CMD_VEL, TRAFFIC_GRANTS
 from robots.onboard.base_controller import BaseLimits
-from tests.support.documents import text_of
+from tests.support.documents import table, text_of
 from tests.support.sources import ROOT, pyproject
 
 ARCHITECTURE, DATA_FLOW = "docs/architecture.md", "docs/data-flow.md"
@@ -136,3 +136,11 @@ def test_a_decision_has_context_decision_and_consequences(page: Path) -> None:
 def test_the_changelog_names_every_command() -> None:
     text = text_of("CHANGELOG.md")
     assert [name for name in COMMANDS if f"`{name}`" not in text and f"`ppaas {name}`" not in text] == []
+
+
+def test_what_the_table_of_places_names_is_there() -> None:
+    rows = table(ARCHITECTURE, "to change", "look at")
+    named = [pair for _, places in rows for pair in re.findall(r"`([\w/]+\.py)`, `(\w+)`", places)]
+    assert len(named) >= len(rows)
+    text = {path: (ROOT / path).read_text(encoding="utf-8") for path, _ in named}
+    assert [pair for pair in named if not re.search(rf"^(?:class |def |){pair[1]}\b", text[pair[0]], re.MULTILINE)] == []

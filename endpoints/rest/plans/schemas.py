@@ -52,7 +52,7 @@ def place_of(text: str) -> tuple[float, float]:
 Place = Annotated[str, AfterValidator(_place), Field(max_length=64, examples=["2,-3.5"])]
 
 
-class PlanFile(RequestBody):
+class PlanFile(RequestBody):  # describes the fields; ppaas.plans.path_service.PathRequest decodes them
     """Request for a path."""
 
     start: Pose
