@@ -143,5 +143,6 @@ def test_what_the_table_of_places_names_is_there() -> None:
     named = [pair for _, places in rows for pair in re.findall(r"`([\w/]+\.py)`, `(\w+)`", places)]
     assert len(named) >= len(rows)
     text = {path: (ROOT / path).read_text(encoding="utf-8") for path, _ in named}
-    defined = {(path, name) for path, name in named if re.search(rf"^(?:class |def |){name}\b", text[path], re.MULTILINE)}
+    starts = {path: set(re.findall(r"^(?:class |def |)(\w+)", text[path], re.MULTILINE)) for path in text}
+    defined = {(path, name) for path, name in named if name in starts[path]}
     assert set(named) == defined
