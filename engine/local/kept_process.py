@@ -221,8 +221,10 @@ class KeptProcess:
         process = spare or await start_process(self._command, self._environment)
         if process.stdin is None:
             raise RuntimeError("the process has no standard input")
-        process.stdin.write(msgspec.json.encode(self._config))
-        process.stdin.close()
+        # uvloop raises where the process has exited already; that is seen, and logged, when its end is awaited.
+        with contextlib.suppress(RuntimeError):
+            process.stdin.write(msgspec.json.encode(self._config))
+            process.stdin.close()
         self._started(process.pid)
         return process
 

@@ -3,7 +3,9 @@
 import asyncio
 import signal
 import sys
+from asyncio.subprocess import Process
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -145,3 +147,26 @@ async def test_an_agent_that_does_not_end_is_killed_with_what_it_started(
 
 async def test_stopping_an_unstarted_process_does_nothing(tmp_path: Path) -> None:
     await AgentUnderTest(tmp_path, "stay").process.stop()
+
+
+async def test_a_process_that_exits_before_it_gets_its_settings_is_started_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start, started = kept_process.start_process, 0
+
+    async def slow_start(*arguments: Any) -> Process:
+        nonlocal started
+        started += 1
+        if started > 1:
+            return await start(*arguments)
+        process = await start((sys.executable, "-c", ""))
+        await process.wait()
+        await asyncio.sleep(0.1)  # its pipe is closed by now
+        return process
+
+    monkeypatch.setattr(kept_process, "start_process", slow_start)
+    agents = AgentUnderTest(tmp_path, "stay")
+    await agents.process.start()
+    await until(agents.runs)
+    assert started == 2
+    await agents.process.stop()
