@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import urlsplit
 
 from docs.site.navigation import Section, sidebar
-from docs.site.reference import commands, examples, messages, parameters, rest, schemas, topics
+from docs.site.reference import commands, examples, messages, parameters, rest, schemas, settings, topics
 from ppaas.errors import InvalidInput
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +20,7 @@ GENERATED = {
     "reference/rest": rest.page,
     "reference/schemas": schemas.page,
     "reference/commands": commands.page,
+    "reference/settings": settings.page,
     "reference/topics": topics.page,
     "reference/messages": messages.page,
     "reference/parameters": parameters.page,

@@ -16,6 +16,7 @@ MAX_PORT = 65535
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options to a command."""
+    _add_config(parser)
     parser.add_argument(
         "--host", default="127.0.0.1", help="address to listen on; :: takes all of IPv6 and IPv4 (%(default)s)"
     )
@@ -43,7 +44,22 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
     )
-    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+    parser.add_argument(
+        "--log-level",
+        default="info",
+        choices=["debug", "info", "warning", "error"],
+        help="least level of the lines of the log (%(default)s)",
+    )
+
+
+def _add_config(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="file with settings, which options and variables overrule (PPAAS_CONFIG, else /etc/ppaas/ppaas.toml if it "
+        "exists)",
+    )
 
 
 def _add_front(parser: argparse.ArgumentParser) -> None:

@@ -59,9 +59,11 @@ def run(arguments: argparse.Namespace) -> int:
     # Imported here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415
 
+    from endpoints.cli.settings_tree import MACHINE, settled  # noqa: PLC0415 - it imports this module
     from engine.remote import agent  # noqa: PLC0415
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
 
+    arguments = settled(MACHINE, arguments)
     folder = arguments.data.resolve()
     endpoints = _endpoints(arguments) if arguments.endpoints else None
     if arguments.ticket is not None:

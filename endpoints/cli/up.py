@@ -191,11 +191,16 @@ def run(arguments: argparse.Namespace) -> int:
 
     Raises
     ------
+    InvalidInput
+        A setting is misspelt or wrong.
     Unavailable
         A package of the cloud is older or newer than tried.
     """
     check_versions(BASE, "cloud")
-    # Imported here, because the command line does not import the server.
+    # Imported here, because the command line does not import the server; and the settings import this module.
+    from endpoints.cli.settings_tree import UP, settled  # noqa: PLC0415
+
+    arguments = settled(UP, arguments)
     from engine.processes.imports import without_collection  # noqa: PLC0415
 
     with without_collection():

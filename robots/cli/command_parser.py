@@ -11,7 +11,8 @@ from ppaas.errors import InvalidParameter
 class CommandParser(argparse.ArgumentParser):
     """Parser that inserts the ``default_verb`` if the first word is not one of its verbs.
 
-    The ``type`` function of an argument may raise ``InvalidParameter``.
+    The ``type`` function of an argument may raise ``InvalidParameter``. ``words`` of the result are the words of the
+    command or verb.
     """
 
     default_verb: str | None = None
@@ -31,7 +32,10 @@ class CommandParser(argparse.ArgumentParser):
         words: Sequence[str] = sys.argv[1:] if args is None else args
         if self.default_verb and words and words[0] not in (*self._verbs.choices, "-h", "--help"):
             words = [self.default_verb, *words]
-        return super().parse_known_args(words, namespace)
+        found, rest = super().parse_known_args(words, namespace)
+        if not hasattr(found, "words"):  # the innermost verb has parsed already
+            found.words = list(words)
+        return found, rest
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
         try:

@@ -151,7 +151,7 @@ class CloudProcess:
         command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
-        command += self.arguments
+        command += ["--config", os.devnull, *self.arguments]  # not the settings of a cloud of this host
         with (self.folder / "log").open("ab") as log:
             # In its own session: on Ctrl-C the demo stops the cloud. Temporary files are removed with the folder.
             self._process = await asyncio.create_subprocess_exec(

@@ -6,7 +6,7 @@ import re
 import msgspec
 import pytest
 
-from docs.site.reference import clones, messages, rest, schemas, topics
+from docs.site.reference import clones, messages, rest, schemas, settings, topics
 from docs.site.reference.clones import members
 from docs.site.reference.commands import page as commands_page
 from docs.site.reference.markdown import cell, page, slug, table
@@ -14,6 +14,9 @@ from docs.site.reference.parameters import COSTMAPS, NODES, descriptions, fields
 from docs.site.reference.parameters import page as parameters_page
 from docs.site.reference.schema_types import bounds_of, type_of
 from endpoints.app import OPERATIONS, description
+from endpoints.cli.settings_tree import TABLES
+from endpoints.settings.names import OTHERS
+from endpoints.settings.setting import settings_of
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.messages import rosapi
 from ppaas.messages.base.message import Empty
@@ -45,6 +48,13 @@ def test_options_have_their_values_and_defaults() -> None:
     assert "| `--port PORT` | port; 0 takes a free one (8500) |" in text
     assert "| `--log-level {debug,info,warning,error}` |" in text
     assert "%(" not in COMMANDS_PAGE
+
+
+def test_each_setting_and_each_other_variable_has_a_row() -> None:
+    text = settings.page()
+    rows = re.findall(r"^\| `([a-z-]+)` \| [a-z ,]+ \| `--([a-z-]+)` \| `PPAAS_[A-Z_]+` \| \S", text, re.MULTILINE)
+    assert [name for name, _ in rows] == [flag for _, flag in rows] == [each.name for each in settings_of(TABLES)]
+    assert re.findall(r"^\| `(PPAAS_[A-Z_]+)` \|", text, re.MULTILINE) == list(OTHERS)
 
 
 def test_arguments_that_are_not_options_are_in_the_usage() -> None:

@@ -106,6 +106,18 @@ async def test_a_cloud_that_fails_to_start_reports_why_and_leaves_nothing() -> N
     assert not folder.exists()
 
 
+async def test_the_cloud_of_a_demo_takes_no_settings_of_a_cloud_of_this_host(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ppaas.toml").write_text("[up]\nport = 'wrong'\n")
+    monkeypatch.setenv("PPAAS_CONFIG", str(tmp_path / "ppaas.toml"))
+    cloud = CloudProcess()
+    (cloud.folder / "password").mkdir()  # ends the start, after settings were read
+    with pytest.raises(Unavailable, match="cannot read or create the password file"):
+        async with cloud:
+            pytest.fail("it started")
+
+
 async def test_a_cloud_in_a_folder_of_its_caller_leaves_its_files(tmp_path: Path) -> None:
     cloud = CloudProcess(folder=tmp_path, arguments=("--port", "none"))
     with pytest.raises(Unavailable, match="the cloud exited with status 2"):

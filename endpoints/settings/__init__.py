@@ -1,0 +1,1 @@
+"""Settings of the commands that start processes of a cloud, from a file, variables and options."""
