@@ -27,7 +27,7 @@ from engine.control.robot_navigation import NavigationClient, RobotNavigation
 from engine.control.robot_nodes import RobotNodes
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
-from engine.control.views import EndpointView, LifelongRobot, MappingRobot, UserUsage
+from engine.control.views import EndpointView, GoalState, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
@@ -283,7 +283,7 @@ class Cloud:
         self._navigation, self._task_news = RobotNavigation(driver), TaskNews()
         people, traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._groups = people.places, traffic.places
-        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_news.wake.set))
+        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_goal_ended))
         self.robots: RobotCalls = self._navigation
         self.maps: MapCalls = MapsInUse(driver, self._groups)
         self.people: PeopleCalls = people
@@ -320,6 +320,10 @@ class Cloud:
     def task_runner(self, store: Store) -> TaskRunner:
         """Return what leads the tasks of this cloud, which are in a store."""
         return TaskRunner(store, self._task_robots, self._task_news, self.planning.compute_costs)
+
+    def _task_goal_ended(self, state: GoalState) -> None:
+        self.driver.counts.goals[state] += 1
+        self._task_news.wake.set()
 
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         return self.driver.place(robot_key(user, robot))
