@@ -12,6 +12,8 @@ from prometheus_client.registry import Collector
 
 from endpoints.metrics.families import by_state, counters, gauge, gauges, histogram
 from endpoints.metrics.snapshot import Snapshot, SnapshotSource
+from engine.control.counts import REQUEST_SECONDS
+from engine.control.master_calls.interface import RequestCounts
 from engine.control.views import ContainerView, EndpointViewState, GoalState, MachineState, MachineView
 from engine.leadership.leadership import Leadership
 from engine.processes.occasional_log import OccasionalLog
@@ -27,6 +29,8 @@ PATIENCE = 5.0
 
 ENDED: tuple[GoalState, ...] = ("succeeded", "canceled", "aborted", "rejected", "lost")
 """Results of goals."""
+
+STATUSES = "1xx", "2xx", "3xx", "4xx", "5xx"
 
 
 class CloudCollector(Collector):
@@ -150,14 +154,26 @@ def _endpoints(found: Snapshot) -> Iterator[Metric]:
     for name, text, values in listed:
         named = (([one.id], value) for one, value in zip(endpoints, values, strict=True))
         yield gauges(f"ppaas_endpoint_{name}", f"{text}, by endpoint", ["endpoint"], named)
+    yield from _requests(found.requests)
+
+
+def _requests(requests: dict[str, RequestCounts]) -> Iterator[Metric]:
+    answers = (
+        ([endpoint, status], number)
+        for endpoint, counted in requests.items()
+        for status, number in zip(STATUSES, counted.statuses, strict=True)
+    )
+    yield counters("ppaas_requests", "Requests by HTTP that were answered", ["endpoint", "status"], answers)
+    times = (([name], (REQUEST_SECONDS, counted.seconds, counted.total)) for name, counted in requests.items())
+    yield histogram("ppaas_request_seconds", "Time until the answer to a request began", ["endpoint"], times)
 
 
 def _counts(found: Snapshot) -> Iterator[Metric]:
     counts = found.counts
-    goals = {result: counts.goals[result] for result in ENDED}
-    yield counters("ppaas_goals", "Goals of REST and of tasks that have ended", "result", goals)
-    text = "Time from the order to start a container until it answered"
-    yield histogram("ppaas_placement_seconds", text, counts.placements)
+    goals = (([result], counts.goals[result]) for result in ENDED)
+    yield counters("ppaas_goals", "Goals of REST and of tasks that have ended", ["result"], goals)
+    text, placed = "Time from the order to start a container until it answered", counts.placements
+    yield histogram("ppaas_placement_seconds", text, [], [([], (placed.limits, placed.counts, placed.total))])
     text = "Containers that were replaced"
     yield CounterMetricFamily("ppaas_containers_lost", text, value=counts.containers_lost)
     text = "Machines that left and were not removed"

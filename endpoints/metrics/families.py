@@ -1,18 +1,23 @@
 """Metric families with bounded labels."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate, islice
 from typing import TypeVar
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily
 
-from engine.control.counts import BucketCounts
-
 S = TypeVar("S", bound=str)
+
+Counted = tuple[Sequence[float], Sequence[int], float]
+"""Upper limits of classes, the number of values in each and beyond all, and the sum of all values."""
 
 MOST_SERIES = 1000
 """Largest number of series of one metric; the values of all others are added up under `OTHER`."""
 
-LONGEST_LABEL = 64
+MOST_HISTOGRAMS = 50
+"""Largest number of histograms of one metric; of further ones, there are none."""
+
+LONGEST_LABEL = 128
 """Largest length of the value of a label [characters]."""
 
 OTHER = "(other)"
@@ -50,18 +55,23 @@ def by_state(name: str, text: str, states: Sequence[S], counts: Mapping[S, float
     return gauges(name, text, ["state"], (([state], counts.get(state, 0.0)) for state in states))
 
 
-def counters(name: str, text: str, of: str, values: Mapping[S, float]) -> CounterMetricFamily:
-    """Return a counter with one label, whose values are a fixed set."""
-    family = CounterMetricFamily(name, text, labels=[of])
-    for key, value in values.items():
-        family.add_metric([key], value)
+def counters(
+    name: str, text: str, labels: Sequence[str], values: Iterable[tuple[Sequence[str], float]]
+) -> CounterMetricFamily:
+    """Return a counter with labels, whose values are a fixed set except for names of machines and endpoints."""
+    family = CounterMetricFamily(name, text, labels=labels)
+    for names, value in islice(values, MOST_SERIES):
+        family.add_metric([label(each) for each in names], value)
     return family
 
 
-def histogram(name: str, text: str, counted: BucketCounts) -> HistogramMetricFamily:
-    """Return a histogram of what was counted."""
-    buckets, reached = [], 0
-    for limit, count in zip((*counted.limits, None), counted.counts, strict=True):
-        reached += count
-        buckets.append(("+Inf" if limit is None else f"{limit}", reached))
-    return HistogramMetricFamily(name, text, buckets=buckets, sum_value=counted.total)
+def histogram(
+    name: str, text: str, labels: Sequence[str], values: Iterable[tuple[Sequence[str], Counted]]
+) -> HistogramMetricFamily:
+    """Return a histogram of numbers that were counted by class, for each combination of labels."""
+    family = HistogramMetricFamily(name, text, labels=labels)
+    for names, (limits, counts, total) in islice(values, MOST_HISTOGRAMS):
+        reached = accumulate(counts)
+        buckets = [(limit, float(next(reached))) for limit in (*map(str, limits), "+Inf")]
+        family.add_metric([label(each) for each in names], buckets, total)
+    return family

@@ -9,6 +9,7 @@ from endpoints.resources.services import Services
 from endpoints.resources.store_health import DiskState, StoreState, disk_state
 from engine.control.counts import ControlCounts
 from engine.control.master_calls.cloud import Cloud
+from engine.control.master_calls.interface import RequestCounts
 from engine.control.tasks.runner import TaskRunner
 from engine.control.views import ContainerView, EndpointView, MachineView, PeopleGroupView
 from ppaas.clock import epoch
@@ -30,6 +31,8 @@ class Snapshot:
     disk : DiskState, optional
         None if it is not watched, or cannot be measured.
     machines, containers, endpoints, people : list
+    requests : dict of str to RequestCounts
+        Requests that each endpoint has answered.
     queued : int
         Number of places that wait for their turn.
     gone : int
@@ -48,6 +51,7 @@ class Snapshot:
     containers: list[ContainerView]
     endpoints: list[EndpointView]
     people: list[PeopleGroupView]
+    requests: dict[str, RequestCounts]
     queued: int
     gone: int
     tasks: Counter[TaskState]
@@ -93,6 +97,7 @@ class CloudSnapshots:
             containers=await cloud.containers.views(None),
             endpoints=await cloud.endpoints.views(),
             people=await cloud.people.views(),
+            requests=cloud.neighbours.requests(),
             queued=cloud.driver.queued(),
             gone=cloud.driver.presence.gone_since(epoch() - GONE),
             tasks=self._tasks.open_tasks(),

@@ -9,6 +9,9 @@ from engine.control.views import GoalState
 PLACEMENT_SECONDS = 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0
 """Upper limits of the classes of placement times [s]: a warm start takes a tenth of a second, a cold one minutes."""
 
+REQUEST_SECONDS = 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0
+"""Upper limits of the classes of times until a request of REST is answered [s]: most paths take milliseconds."""
+
 
 class BucketCounts:
     """Number of values in each of some classes, and the sum of all values.

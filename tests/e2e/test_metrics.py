@@ -62,6 +62,9 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
         assert value(there, "ppaas_containers", kind="robot", state="ready") == 1
         assert value(there, "ppaas_placement_seconds_count") == 1
         assert value(there, "ppaas_machine_containers", machine="local") == 1
+        async with patience(30):  # endpoints report once a second
+            while not value(scrape(cloud), "ppaas_requests_total", endpoint="local-1", status="2xx"):
+                await asyncio.sleep(0.1)
         assert value(there, "ppaas_scrape_complete") == value(there, "ppaas_leader") == 1
         assert value(there, "ppaas_store_up", store="main") == value(there, "ppaas_store_up", store="maps") == 1
         goal = reachable_pose(office_map, start, seed=11, at_least=1.0)

@@ -17,7 +17,7 @@ from engine.control.master_calls.control_plane import (
     TrafficCalls,
     UserCalls,
 )
-from engine.control.master_calls.interface import ClientJoin, EndpointState, Registration
+from engine.control.master_calls.interface import ClientJoin, EndpointState, Registration, RequestCounts
 from engine.control.master_driver import MasterDriver
 from engine.control.news import FactSources, News
 from engine.control.planning.plan_rate import PlanRate
@@ -196,6 +196,10 @@ class Neighbours:
             for one in self
             if one.registration is not None
         ]
+
+    def requests(self) -> dict[str, RequestCounts]:
+        """Return the requests that each endpoint has answered, by name."""
+        return {one.registration.endpoint: one.state.requests for one in self if one.registration and one.state}
 
     def add(self, endpoint: Neighbour) -> None:
         """Add an endpoint that has registered."""
