@@ -2,11 +2,15 @@
 
 import asyncio
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 import yaml
@@ -16,6 +20,7 @@ from endpoints.cloud_processes import server
 from ppaas.maps.grid import GridMap
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import driving
+from tests.support.cloud.standby_process import Standby, standing_by
 from tests.support.documents import table
 from tests.support.sources import ROOT
 from tests.support.waiting import patience
@@ -36,7 +41,7 @@ def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
         yield running
 
 
-def scrape(cloud: RunningCloud) -> Samples:
+def scrape(cloud: RunningCloud | Standby) -> Samples:
     [address] = re.findall(r"serving metrics at (\S+)", cloud.log.read_text())
     text = urllib.request.urlopen(address).read().decode()
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
@@ -79,6 +84,26 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
     gone = scrape(cloud)
     assert value(gone, "ppaas_robots", state="connected") == 0
     assert value(gone, "ppaas_robot_connected", user="admin", robot="tb1") == 0
+
+
+async def test_a_standby_answers_with_its_role_and_takes_over(tmp_path: Path) -> None:
+    leader = tmp_path / "leader"
+    leader.mkdir()
+    stores = ("--store", f"sqlite:///{tmp_path / 'store.sqlite'}", "--map-store", f"file:///{tmp_path / 'maps'}")
+    with ExitStack() as stack:
+        first = stack.enter_context(running_cloud(leader, *stores, "--metrics", "0"))
+        standby = stack.enter_context(standing_by(tmp_path / "standby", "--standby", *stores, "--metrics", "0"))
+        await standby.stands_by()
+        assert [value(scrape(one), "ppaas_leader") for one in (first, standby)] == [1, 0]
+        assert value(scrape(standby), "ppaas_scrape_complete") == 0
+        first.status = -signal.SIGKILL
+        os.kill(first.pid, signal.SIGKILL)
+        await standby.leads()
+        async with patience(30):
+            while not value(scrape(standby), "ppaas_scrape_complete"):
+                await asyncio.sleep(0.1)
+        now = scrape(standby)
+        assert (value(now, "ppaas_leader"), value(now, "ppaas_epoch")) == (1, 2)
 
 
 def names(samples: Samples) -> set[str]:
