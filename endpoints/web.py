@@ -15,6 +15,7 @@ from starlette.websockets import WebSocket
 
 from endpoints.app import create_app
 from endpoints.http.connection_table import ConnectionTable
+from endpoints.http.counted_requests import CountedRequests
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp, http_protocol
 from endpoints.http.tls import HandshakeListener, ServerTls
@@ -79,6 +80,8 @@ class Web:
     ----------
     sessions : SessionRegistry
         Sockets of robots and operators.
+    requests : CountedRequests
+        Requests that were answered.
     """
 
     def __init__(
@@ -100,7 +103,8 @@ class Web:
         self._tls = tls
         self._settings = settings
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
-        self._server = Server(self._configured(build_app(services, self.sessions, settings)))
+        self.requests = CountedRequests(build_app(services, self.sessions, settings))
+        self._server = Server(self._configured(self.requests))
         self._protocols: list[ClientProtocol] = []
         self._others: list[tuple[Server, Sequence[socket.socket]]] = []
 

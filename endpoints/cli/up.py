@@ -5,8 +5,10 @@ import math
 from pathlib import Path
 
 from endpoints.cli import front_options
+from engine.protocols.address import parse_host_port
 from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
+from ppaas.errors import InvalidInput
 
 NAME = "up"
 HELP = "start the cloud on this machine"
@@ -25,6 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_machines(parser)
     _add_endpoints(parser)
     _add_standby(parser)
+    _add_metrics(parser)
     _add_limits(parser)
     parser.add_argument(
         "--admin-password-file",
@@ -134,6 +137,29 @@ def _add_standby(parser: argparse.ArgumentParser) -> None:
         help="wait while another process leads the cloud of this store, and take over when it dies; the "
         "output of 'ppaas machine ticket --standby' is needed once if machines of other hosts have joined",
     )
+
+
+def _add_metrics(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--metrics",
+        type=metrics_address,
+        metavar="[HOST:]PORT",
+        help="serve metrics for Prometheus on this port, at /metrics; without HOST at 127.0.0.1 (off)",
+    )
+    parser.add_argument(
+        "--metrics-robots",
+        action="store_true",
+        help="list robots by user and name in the metrics: a series for each (off)",
+    )
+
+
+def metrics_address(text: str) -> tuple[str, int]:
+    """Return the address for metrics: a port of 127.0.0.1, or ``host:port``; the type of an argument."""
+    try:
+        host, port = parse_host_port(text if ":" in text else f"127.0.0.1:{text}")
+    except InvalidInput as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return host, port
 
 
 def _add_limits(parser: argparse.ArgumentParser) -> None:

@@ -28,6 +28,7 @@ from engine.calls.interface import remote
 from engine.cloud_client.endpoint import Endpoint, Here
 from engine.cloud_client.link_listener import MachineAccess
 from engine.cloud_client.master_link import OwnMaster
+from engine.control.master_calls.interface import RequestCounts
 from engine.control.master_calls.server import SOCKET
 from engine.leadership.leadership import MASTER
 from engine.processes.background import cancel_all, run_unless_stopped, stop_on_signals
@@ -118,8 +119,8 @@ async def _composed(
     async def displace(user: str, robot: str, session: str | None) -> None:
         await web.sessions.displace(user, robot, session)
 
-    def load() -> tuple[int, float]:
-        return web.sessions.load()
+    def load() -> tuple[int, float, RequestCounts]:
+        return *web.sessions.load(), web.requests.counts()
 
     endpoint = Endpoint(
         Here(

@@ -8,8 +8,9 @@ import os
 import secrets
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 import uvloop
@@ -28,6 +29,7 @@ from endpoints.cloud_processes.ports import ENDPOINTS_HERE, Ports, endpoint_conf
 from endpoints.http.connection_table import raise_file_limit
 from endpoints.http.tls import server_tls, warn_if_open_to_others
 from endpoints.listeners import url_of
+from endpoints.metrics.snapshot import CloudSnapshots
 from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
 from engine.bootstrap import CloudConfig, Engine
@@ -41,6 +43,7 @@ from engine.processes.service_manager import ServiceManager
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation.cache_folder import ensure_cache
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
 from ppaas.plugins import permit_only
@@ -48,6 +51,9 @@ from ppaas.wire.foxglove.installed import check_installed
 from storage.disk_space import RefusedTokenFile
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
+
+if TYPE_CHECKING:
+    from endpoints.metrics.collector import CloudCollector
 
 logger = logging.getLogger(__name__)
 
@@ -102,6 +108,8 @@ def run_server(arguments: argparse.Namespace) -> int:
     permit_only(arguments.allow)
     if arguments.foxglove is not None:
         check_installed()
+    if arguments.metrics is not None:
+        _check_metrics_installed()
     settle_stores(arguments)
     try:
         make_private_folder(arguments.data)
@@ -206,12 +214,15 @@ async def _serve(arguments: argparse.Namespace) -> None:
         manager.start()
         if arguments.standby is not None:  # it may wait for as long as another process leads
             manager.notify(READY="1", STATUS="standing by, or taking over")
+        metrics = await _metrics(arguments, stack)
         config = cloud_config(arguments)
         spares = SpareProcesses(COMMAND)
         stack.push_async_callback(spares.close)
         leadership = await run_unless_stopped(stop, take_the_lead(arguments, config, spares, stack))
         if leadership is None:
             return
+        if metrics is not None:
+            metrics.leadership = leadership
         ports = Ports.reserve(arguments, stack)
         tls = server_tls(arguments.tls_cert, arguments.tls_key)
         if tls is None:
@@ -219,8 +230,11 @@ async def _serve(arguments: argparse.Namespace) -> None:
         raise_file_limit()  # before processes are started, which inherit it
         engine = Engine(config, leadership)
         stack.push_async_callback(engine.close)
-        keeper = await run_unless_stopped(stop, _start(engine, arguments, stack, ports, spares))
-        if keeper is not None:
+        started = await run_unless_stopped(stop, _start(engine, arguments, stack, ports, spares))
+        if started is not None:
+            keeper, snapshots = started
+            if metrics is not None:
+                metrics.source = snapshots
             ports.log(tls=tls is not None)
             url = url_of(ports.web[0], "http" if tls is None else "https")
             manager.notify(READY="1", STATUS=f"serving at {url}")
@@ -233,8 +247,8 @@ async def _start(
     stack: contextlib.AsyncExitStack,
     ports: Ports,
     spares: SpareProcesses,
-) -> EndpointKeeper:
-    machine = asyncio.create_task(engine.start())
+) -> tuple[EndpointKeeper, CloudSnapshots]:
+    machine, tasks = asyncio.create_task(engine.start()), engine.cloud.task_runner(engine.store)
     try:
         refused = RefusedTokenFile(arguments.data)
         revoked = await asyncio.to_thread(refused.open)
@@ -260,13 +274,30 @@ async def _start(
         stack.push_async_callback(keeper.stop)
         await keeper.start()
         await machine
-        jobs = CloudJobs(services, engine.sessions, arguments.idle, engine.cloud.task_runner(engine.store))
+        jobs = CloudJobs(services, engine.sessions, arguments.idle, tasks)
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
-    return keeper
+    return keeper, CloudSnapshots(services, engine.cloud, tasks)
+
+
+def _check_metrics_installed() -> None:
+    if find_spec("prometheus_client") is None:
+        raise InvalidInput(f"--metrics needs the extra metrics: {install_hint('cloud', 'metrics')}")
+    check_versions("metrics")
+
+
+async def _metrics(arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> "CloudCollector | None":
+    """Serve metrics until ``stack`` is closed, if the command line wants them; return what collects them."""
+    if arguments.metrics is None:
+        return None
+    from endpoints.metrics.server import serve_metrics  # noqa: PLC0415 - imports prometheus_client, of an extra
+
+    collector, end = await serve_metrics(arguments.metrics, robots=arguments.metrics_robots)
+    stack.push_async_callback(asyncio.to_thread, end)
+    return collector
 
 
 def _served_turns(turns: UserTurns) -> Extra:

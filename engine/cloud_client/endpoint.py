@@ -15,7 +15,7 @@ from engine.cloud_client.cloud import EndpointCloud
 from engine.cloud_client.link_listener import LinkListener, MachineAccess
 from engine.cloud_client.master_link import MasterAccess, MasterLink, SilenceCause
 from engine.cloud_client.sessions import EndpointPlaces, EndpointSessions
-from engine.control.master_calls.interface import EndpointState, MasterCalls, Registration
+from engine.control.master_calls.interface import EndpointState, MasterCalls, Registration, RequestCounts
 from engine.control.news import AskFact, FactKind, Hear, NewsKind
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
@@ -42,7 +42,7 @@ network is down. The master closes it after as long without a report."""
 Displace = Callable[[str, str, str | None], Awaitable[None]]
 """Displaces the socket of a user's robot, if it is dead or of the named session."""
 
-Load = Callable[[], tuple[int, float]]
+Load = Callable[[], tuple[int, float, RequestCounts]]
 """Returns the number of sockets, and the frames of clients since the last call [1/s]."""
 
 
@@ -212,8 +212,8 @@ class Endpoint:
     async def _report(self) -> bool:
         """Report the load of this process to the master; return whether it answers, and leads."""
         cpu = self._process.cpu_percent() / 100.0
-        sockets, frames = self._load()
-        state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
+        sockets, frames, requests = self._load()
+        state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss, requests)
         try:
             async with asyncio.timeout(SILENCE):
                 master = await self._calls.report(state)

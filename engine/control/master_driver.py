@@ -10,6 +10,7 @@ from pathlib import Path
 from weakref import WeakKeyDictionary
 
 from engine.control.administration import Administration, Containers
+from engine.control.counts import ControlCounts
 from engine.control.start_times import StartTimes
 from engine.leadership.leadership import Mandate
 from engine.links.control_server import ControlServer
@@ -112,6 +113,8 @@ class MasterDriver:
         Applies the decisions of administrators about machines.
     containers : Containers
         Containers, as operators see and change them.
+    counts : ControlCounts
+        What happened since this process started.
     """
 
     def __init__(
@@ -134,9 +137,9 @@ class MasterDriver:
         self.presence = RobotPresence(self._places.get)
         self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
         self._opened = listener.place_opened
-        self._times = StartTimes()
+        self._times, self.counts = StartTimes(), ControlCounts()
         machines = self.of_machines = MachineEvents(
-            master, checkpoints, self._links, self._times,
+            master, checkpoints, self._links, self._times, self.counts,
             execute=self._execute, container_lost=self._report_lost, alive=self._compiles, listener=listener,
         )  # fmt: skip
         self._control = machines.listen(run_dir / "control.sock", secret)
@@ -251,6 +254,10 @@ class MasterDriver:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._master.position(key)
 
+    def queued(self) -> int:
+        """Return the number of places in the queue."""
+        return sum(key not in self._master.places for key in self._places)
+
     def set_limits(self, user: str, limits: Limits) -> None:
         """Apply a user's own limits, and open the queued places that they allow."""
         self._handle(LimitsChanged(user, limits))
@@ -301,7 +308,9 @@ class MasterDriver:
         place = self._places.get(filled.request.key) if filled is not None else None
         if place is None:
             return
-        self._times.answer(hello.container)
+        took = self._times.answer(hello.container)
+        if took is not None:
+            self.counts.placements.add(took)
         self._handle(ContainerReady(hello.container, hello.pid))
         try:
             await place.serve(hello, stream)
@@ -329,12 +338,13 @@ class MasterDriver:
         self._report_lost("", container, reason)
 
     def _report_lost(self, machine: str, container: str, reason: PPaaSError) -> None:
-        level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
+        leaves = self._master.is_leaving(container)
         orders = self._master.handle(ContainerLost(container, reason, self._clock(), machine))
         self._links.forget(container)
         self._times.forget(container)
         if orders:
-            logger.log(level, "container %s is lost: %s", container, reason)
+            logger.log(logging.INFO if leaves else logging.WARNING, "container %s is lost: %s", container, reason)
+            self.counts.containers_lost += not leaves
         self._execute(orders)
 
     # -- frozen containers ---------------------------------------------------------------------------------------------
@@ -525,6 +535,8 @@ class MachineEvents:
         Closes the links of containers that are lost with their machine.
     times : StartTimes
         Start times of the containers.
+    counts : ControlCounts
+        Counts the machines that are lost.
     execute : callable
         Executes the master's orders.
     container_lost : callable
@@ -546,6 +558,7 @@ class MachineEvents:
         checkpoints: CheckpointSelection,
         links: LinkServer,
         times: StartTimes,
+        counts: ControlCounts,
         *,
         execute: Callable[[list[Order]], None],
         container_lost: Callable[[str, str, PPaaSError], None],
@@ -556,6 +569,7 @@ class MachineEvents:
         self._checkpoints = checkpoints
         self._links = links
         self._times = times
+        self._counts = counts
         self._execute = execute
         self._container_lost = container_lost
         self._beats: Counter[str] = Counter()
@@ -685,6 +699,7 @@ class MachineEvents:
         """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
         self._compiling.pop(machine, None)
+        self._counts.machines_lost += machine in self._master.machines and not self._closing
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
         self._lose(MachineLeft(machine))
         self._listener.machines_changed(self._master.machines)

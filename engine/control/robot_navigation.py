@@ -72,7 +72,7 @@ class NavigationClient:
     monotonic : callable
         Returns monotonic time [s].
     goal_ended : callable
-        Called after a goal has ended.
+        Called with the final state of a goal that has ended.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class NavigationClient:
         self,
         place: PlaceLink,
         clock: Clock = epoch,
-        goal_ended: Callable[[], None] = lambda: None,
+        goal_ended: Callable[[GoalState], None] = lambda _: None,
         *,
         monotonic: Clock = monotonic,
     ) -> None:
@@ -250,7 +250,7 @@ class NavigationClient:
         self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
         del self._watches[goal.id]
         self._sequences = {number: other for number, other in self._sequences.items() if other != goal.id}
-        self._goal_ended()
+        self._goal_ended(state)
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """End a goal that the clone refused."""
@@ -282,7 +282,7 @@ class RobotNavigation:
     Parameters
     ----------
     service : MasterDriver
-        Has the links of the places.
+        Has the links of the places, and counts the goals that have ended.
     """
 
     def __init__(self, service: MasterDriver) -> None:
@@ -349,9 +349,12 @@ class RobotNavigation:
     def _client(self, key: str, place: PlaceLink) -> NavigationClient:
         client = self._clients.get(key)
         if client is None or client.place is not place:
-            client = self._clients[key] = NavigationClient(place)
+            client = self._clients[key] = NavigationClient(place, goal_ended=self._ended)
         self._restart_timer(key)
         return client
+
+    def _ended(self, state: GoalState) -> None:
+        self._service.counts.goals[state] += 1
 
     def _restart_timer(self, key: str) -> None:
         if key in self._timers:

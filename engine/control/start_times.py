@@ -44,11 +44,13 @@ class StartTimes:
         """Return whether a container was ordered and has not answered yet."""
         return container in self._awaited
 
-    def answer(self, container: str) -> None:
-        """Record the first answer of a container."""
+    def answer(self, container: str) -> float | None:
+        """Record the first answer of a container; return the time that it took [s], None for a later answer."""
         began = self._awaited.pop(container, None)
-        if began is not None:
-            self._took[container] = self._clock() - began
+        if began is None:
+            return None
+        took = self._took[container] = self._clock() - began
+        return took
 
     def age(self, container: str) -> float:
         """Return the time since the order [s]; 0 if the container is unknown."""

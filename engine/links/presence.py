@@ -87,6 +87,10 @@ class RobotPresence:
         place = self._place_of(key) if key in self._expected else None
         return place is not None and place.beat.robot
 
+    def gone_since(self, time: float) -> int:
+        """Return the number of robots that left after a time [s since the epoch] and did not come back."""
+        return sum(left > time for left in self._gone.values())
+
     def of(self, key: str) -> Presence:
         """Return the presence of the robot of a place."""
         here = self.is_here(key)

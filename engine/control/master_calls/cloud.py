@@ -17,7 +17,7 @@ from engine.control.master_calls.control_plane import (
     TrafficCalls,
     UserCalls,
 )
-from engine.control.master_calls.interface import ClientJoin, EndpointState, Registration
+from engine.control.master_calls.interface import ClientJoin, EndpointState, Registration, RequestCounts
 from engine.control.master_driver import MasterDriver
 from engine.control.news import FactSources, News
 from engine.control.planning.plan_rate import PlanRate
@@ -27,7 +27,7 @@ from engine.control.robot_navigation import NavigationClient, RobotNavigation
 from engine.control.robot_nodes import RobotNodes
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
-from engine.control.views import EndpointView, LifelongRobot, MappingRobot, UserUsage
+from engine.control.views import EndpointView, GoalState, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
@@ -197,6 +197,10 @@ class Neighbours:
             if one.registration is not None
         ]
 
+    def requests(self) -> dict[str, RequestCounts]:
+        """Return the requests that each endpoint has answered, by name."""
+        return {one.registration.endpoint: one.state.requests for one in self if one.registration and one.state}
+
     def add(self, endpoint: Neighbour) -> None:
         """Add an endpoint that has registered."""
         self._endpoints.append(endpoint)
@@ -283,7 +287,7 @@ class Cloud:
         self._navigation, self._task_news = RobotNavigation(driver), TaskNews()
         people, traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._groups = people.places, traffic.places
-        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_news.wake.set))
+        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_goal_ended))
         self.robots: RobotCalls = self._navigation
         self.maps: MapCalls = MapsInUse(driver, self._groups)
         self.people: PeopleCalls = people
@@ -320,6 +324,10 @@ class Cloud:
     def task_runner(self, store: Store) -> TaskRunner:
         """Return what leads the tasks of this cloud, which are in a store."""
         return TaskRunner(store, self._task_robots, self._task_news, self.planning.compute_costs)
+
+    def _task_goal_ended(self, state: GoalState) -> None:
+        self.driver.counts.goals[state] += 1
+        self._task_news.wake.set()
 
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         return self.driver.place(robot_key(user, robot))

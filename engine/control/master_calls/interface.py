@@ -4,16 +4,37 @@ An endpoint serves sockets and REST. The master decides about places, machines a
 it is connected, and says again which clients it has when it finds another master.
 """
 
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import msgspec
 
 from engine.calls.interface import wire_name
+from engine.control.counts import REQUEST_SECONDS
 from engine.control.news import FactKind, NewsKind
 from engine.protocols.address import EndpointAddress
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import StartState
 from ppaas.errors import PPaaSError
+
+_CLASSES = msgspec.Meta(min_length=len(REQUEST_SECONDS) + 1, max_length=len(REQUEST_SECONDS) + 1)
+
+
+class RequestCounts(msgspec.Struct, frozen=True):
+    """Requests by HTTP that an endpoint has answered since it started, but for WebSockets.
+
+    Parameters
+    ----------
+    statuses : tuple of int
+        Number of answers of each class of status, from 1xx to 5xx.
+    seconds : list of int
+        Number of answers in each class of `REQUEST_SECONDS`, by the time until the answer began.
+    total : float
+        Sum of these times [s].
+    """
+
+    statuses: tuple[int, int, int, int, int] = (0, 0, 0, 0, 0)
+    seconds: Annotated[list[int], _CLASSES] = msgspec.field(default_factory=lambda: [0] * (len(REQUEST_SECONDS) + 1))
+    total: float = 0.0
 
 
 class EndpointState(msgspec.Struct, frozen=True):
@@ -29,12 +50,14 @@ class EndpointState(msgspec.Struct, frozen=True):
         CPU in use [cores].
     memory : int
         Memory in use [bytes].
+    requests : RequestCounts
     """
 
     sockets: int
     frames: float
     cpu: float
     memory: int
+    requests: RequestCounts = RequestCounts()
 
 
 class ReportAnswer(msgspec.Struct, frozen=True):

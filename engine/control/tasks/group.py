@@ -85,6 +85,10 @@ class TaskGroup:
         """Return whether there may be tasks that have not ended, or goals of tasks that have."""
         return self.changed or self._dispatcher is None or now - self._busy_at < LINGER
 
+    def open_tasks(self) -> list[Task]:
+        """Return the tasks that have not ended, as far as they were read."""
+        return [] if self._dispatcher is None else [task for task in self._dispatcher.tasks.values() if task.is_open]
+
     async def step(self, labels: dict[str, dict[str, str]], now: float, measure: Measure) -> None:
         """Look at the records and at the connected robots, and do what follows.
 

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import logging
 import math
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from functools import partial
 
@@ -17,7 +18,7 @@ from ppaas.decoding import from_json
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.tasks.assignment import Distance, straight
 from ppaas.tasks.dispatcher import Dispatcher
-from ppaas.tasks.records import Place
+from ppaas.tasks.records import Place, TaskState
 from storage.names import Group
 from storage.ports import Store
 
@@ -166,6 +167,10 @@ class TaskRunner:
         for error in await asyncio.gather(*led, return_exceptions=True):
             if isinstance(error, BaseException):
                 raise error
+
+    def open_tasks(self) -> Counter[TaskState]:
+        """Return the numbers of tasks that have not ended, by state, as this process knows them."""
+        return Counter(task.state for group in self._groups.values() for task in group.open_tasks())
 
     async def _lead(self, group: TaskGroup, robots: dict[str, MapVersion], now: float) -> None:
         user, _ = group.group

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Raw
 
 from engine.control.administration import machine_view
+from engine.control.counts import ControlCounts
 from engine.control.master_calls.cloud import UserQuotas
 from engine.control.master_calls.control_plane import (
     ContainerCalls,
@@ -317,7 +318,7 @@ class FakeCloud:
     def __init__(self) -> None:
         self.quotas = Quotas()
         self.places: dict[str, PlaceLink] = {}
-        self.presence = RobotPresence(self.place)
+        self.presence, self.counts = RobotPresence(self.place), ControlCounts()
         self.robots: RobotCalls = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
         self.users: UserCalls = UserQuotas(FakeDriver(self), self.quotas)  # type: ignore[arg-type]
         self.machines: MachineCalls = FakeMachines(self)

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import up
+from endpoints.cli.up import metrics_address
+from endpoints.cloud_processes import server
 from endpoints.cloud_processes.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
 from ppaas import distribution
@@ -99,3 +101,26 @@ def test_tls_needs_a_certificate_and_its_key(
 ) -> None:
     assert main(["up", "--data", str(tmp_path), "--port", "0", *given]) == 1
     assert fault in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [("9464", ("127.0.0.1", 9464)), ("0.0.0.0:0", ("0.0.0.0", 0)), ("[::1]:9464", ("::1", 9464))],
+)
+def test_metrics_are_served_on_this_host_alone_unless_another_is_given(text: str, address: tuple[str, int]) -> None:
+    assert metrics_address(text) == address
+
+
+@pytest.mark.parametrize("text", ["", "hall", "-1", "70000", "hall:", ":9464", "::1:x", "a@b:1"])
+def test_no_other_text_is_an_address_of_metrics(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["up", f"--metrics={text}"])
+    assert "argument --metrics: " in capsys.readouterr().err
+
+
+def test_metrics_without_their_package_name_the_extra(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server, "find_spec", lambda _: None)
+    assert main(["up", "--data", str(tmp_path), "--port", "0", "--metrics", "0"]) == 1
+    assert "--metrics needs the extra metrics: " in capsys.readouterr().err

@@ -11,7 +11,7 @@ from engine.calls.caller import Caller, Frame
 from engine.cloud_client import endpoint as module
 from engine.cloud_client.endpoint import Endpoint, Here
 from engine.cloud_client.master_link import OwnMaster
-from engine.control.master_calls.interface import EndpointState, MasterCalls, Registration
+from engine.control.master_calls.interface import EndpointState, MasterCalls, Registration, RequestCounts
 from engine.control.master_calls.server import EndpointServer
 from engine.master.quotas import Quota
 from engine.protocols.address import UnixAddress
@@ -56,7 +56,7 @@ async def nobody(_user: str, _robot: str, _session: str | None) -> None:
 def endpoint_of(server: EndpointServer, lease: OtherLeader, folder: Path) -> Endpoint:
     master = OwnMaster(UnixAddress(server.path), SECRET, lease)
     here = Here("hall-1", "hall", folder, "http://h:8500")
-    return Endpoint(here, master, Quota(), displace=nobody, load=lambda: (0, 0.0))
+    return Endpoint(here, master, Quota(), displace=nobody, load=lambda: (0, 0.0, RequestCounts()))
 
 
 async def test_an_endpoint_ends_when_its_master_was_outranked(
@@ -121,7 +121,7 @@ async def test_the_link_to_a_silent_master_is_closed_if_the_network_may_be_down(
     access = OwnMaster(address, SECRET, OtherLeader())
     monkeypatch.setattr(access, "is_far", is_far)
     here = Here("hall-1", "hall", short_path, "http://h:8500")
-    endpoint = Endpoint(here, access, Quota(), displace=nobody, load=lambda: (0, 0.0))
+    endpoint = Endpoint(here, access, Quota(), displace=nobody, load=lambda: (0, 0.0, RequestCounts()))
     await endpoint.start()
     running = asyncio.create_task(endpoint.run(30.0))
     await until(lambda: silent.links == (2 if is_far else 1))

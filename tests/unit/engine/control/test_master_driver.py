@@ -117,6 +117,7 @@ async def test_places_of_a_lost_machine_are_filled_by_the_next(
     await machine.leave()
     await first.stream.close()
     await until(lambda: not at_once(service.administration.views()))
+    assert (service.counts.machines_lost, sum(service.counts.placements.counts)) == (1, 1)
     assert len(service._times) == 0
     assert service._links.awaited == 0
     second = await FakeMachine.join(tmp_path, "m2")
@@ -145,6 +146,7 @@ async def test_place_is_filled_listed_and_closed(service: MasterDriver, machine:
     assert (view.id, view.state, view.pid, view.machine, view.robot) == (order.spec.id, "ready", 42, "m1", "tb1")
     assert view.ready_seconds is not None and view.ready_seconds > 0.0
     assert (view.clients, view.cpu) == (1, None) and view.age >= view.ready_seconds
+    assert service.counts.placements.total == view.ready_seconds
     machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad(view.id, 0.25, 1 << 10)]))
     await until(lambda: at_once(service.containers.views("ann"))[0].cpu == 0.25)
     assert at_once(service.containers.views("ann"))[0].pss == 1 << 10
@@ -155,6 +157,7 @@ async def test_place_is_filled_listed_and_closed(service: MasterDriver, machine:
     assert [str(reason) for reason in client.reasons] == ["over"]
     await machine.kill(container, 0)
     assert_forgotten(service)
+    assert service.counts.containers_lost == 0, "it was ended"
 
 
 async def test_changed_request_for_an_open_place_conflicts(service: MasterDriver, machine: FakeMachine) -> None:
@@ -196,6 +199,7 @@ async def test_lost_container_is_replaced_and_the_link_continues(
     second.stream.write(robot_link.Published("map", b"{}"))
     await until(lambda: client.heard)
     assert client.reasons == []
+    assert service.counts.containers_lost == 1
     await machine.kill(second)
 
 

@@ -122,6 +122,7 @@ async def test_removed_machine_is_disconnected_until_it_is_admitted(
     again = await FakeMachine.join(tmp_path, "m1")
     assert await again.order() is None
     assert "was removed" in caplog.text
+    assert service.counts.machines_lost == 0, "it did not leave by itself"
     assert [view.id for view in seen(service)] == ["m2"]
     await service.administration.admit("m1")
     admitted = await FakeMachine.join(tmp_path, "m1")

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from engine.control import robot_navigation
+from engine.control.counts import ControlCounts
 from engine.control.robot_navigation import MAX_ACTIVE, MAX_ENDED, POSE_AGE, NavigationClient, RobotNavigation
 from engine.control.views import NavigationState
 from engine.links.presence import Presence, RobotPresence
@@ -31,6 +32,7 @@ class FakeDriver:
         self.places[KEY].container = "c1"
         self.presence = RobotPresence(self.place, ManualClock(1000.0))
         self.presence.came(KEY)
+        self.counts = ControlCounts()
 
     def place(self, key: str) -> StillRobot | None:
         return self.places.get(key)
@@ -91,6 +93,7 @@ async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
     goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.places.pop(KEY).close(Unavailable("gone"))
     assert (await navigation.goal("ann", "tb1", goal.id)).state == "lost"
+    assert driver.counts.goals == {"lost": 1}
     driver.places[KEY] = StillRobot()
     assert (await navigation.state("ann", "tb1")).goals == ()
     assert await navigation.goals("ann", "tb1") == []

@@ -15,7 +15,8 @@ def test_start_time_counts_from_sending_and_age_from_the_order() -> None:
     times.send("c1")
     assert times.is_awaited("c1") and times.took("c1") is None
     clock.advance(0.5)
-    times.answer("c1")
+    assert times.answer("c1") == 0.5
+    assert times.answer("c1") is None, "a container answers once"
     assert (times.is_awaited("c1"), times.took("c1"), times.age("c1")) == (False, 0.5, 2.5)
 
 

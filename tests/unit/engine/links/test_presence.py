@@ -44,6 +44,15 @@ def test_a_robot_is_connected_while_its_socket_is_here() -> None:
     assert presence.of(KEY) == Presence(True)
 
 
+def test_robots_that_left_and_are_not_back_are_counted() -> None:
+    presence, _, clock = world()
+    for robot in ("early", "late", "back"):
+        presence.left(robot)
+        clock.advance(10.0)
+    presence.came("back")
+    assert [presence.gone_since(time) for time in (999.0, 1000.0, 1010.0)] == [2, 1, 0]
+
+
 def test_the_container_does_not_make_a_robot_connected() -> None:
     presence, places, _ = world()
     places[KEY] = with_container(robot=True)

@@ -13,9 +13,17 @@ import pytest
 from engine.calls.caller import Caller, Frame
 from engine.calls.interface import method_of, remote
 from engine.cloud_client.master_link import MasterLink, OwnMaster
+from engine.control.counts import REQUEST_SECONDS
 from engine.control.master_calls import server as module
 from engine.control.master_calls.control_plane import MachineCalls, NeighbourCalls
-from engine.control.master_calls.interface import EndpointCalls, EndpointState, MasterCalls, Registration, ReportAnswer
+from engine.control.master_calls.interface import (
+    EndpointCalls,
+    EndpointState,
+    MasterCalls,
+    Registration,
+    ReportAnswer,
+    RequestCounts,
+)
 from engine.control.master_calls.server import EndpointServer
 from engine.control.views import EndpointView
 from engine.protocols import handshakes
@@ -84,7 +92,10 @@ async def test_an_endpoint_is_ready_while_it_reports_its_load(server: EndpointSe
         known |= {"release": __version__}
         silent = EndpointView(**known, sockets=0, frames=0.0, cpu=0.0, memory=0, state="ready")
         assert at_once(server.endpoints.views()) == [silent]
-        await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
+        assert server.endpoints.requests() == {}
+        answered = RequestCounts((0, 5, 0, 1, 0), [6] + [0] * len(REQUEST_SECONDS), 0.003)
+        await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20, answered))
+        assert server.endpoints.requests() == {"hall-1": answered}
         ready = EndpointView(**known, sockets=3, frames=60.0, cpu=0.25, memory=90 << 20, state="ready")
         assert at_once(server.endpoints.views()) == [ready]
         clock.advance(2.6)

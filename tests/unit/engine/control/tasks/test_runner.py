@@ -55,7 +55,7 @@ class Hall:
             request_of=lambda key: robot_request(key.partition("/")[2]) if key in self.places else None,
         )
         self.news = TaskNews()
-        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self.news.wake.set))
+        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=lambda _: self.news.wake.set()))
         for key in self.places:
             self.robots.place_opened(key)
         self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock)
@@ -122,6 +122,7 @@ async def test_a_task_is_done_by_a_robot(hall: Hall) -> None:
     await hall.after(5.0)
     assert goals(place) == [(GOAL, "task-t-0-0")]
     assert (hall.task("t").state, hall.task("t").robot) == ("assigned", "r")
+    assert hall.runner.open_tasks() == {"assigned": 1}
     ends(place, "task-t-0-0", Status.SUCCEEDED)
     assert hall.news.wake.is_set()
     await hall.after()
@@ -129,6 +130,7 @@ async def test_a_task_is_done_by_a_robot(hall: Hall) -> None:
     ends(place, "task-t-1-0", Status.SUCCEEDED)
     await hall.after()
     assert (hall.task("t").state, hall.task("t").ended) == ("done", hall.clock())
+    assert hall.runner.open_tasks() == {}
 
 
 async def test_the_matrix_of_costs_decides_who_goes(hall: Hall) -> None:
