@@ -194,6 +194,7 @@ def run(arguments: argparse.Namespace) -> int:
     Unavailable
         A package of the cloud is older or newer than tried.
     """
+    front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here, because the command line does not import the server.
     from engine.processes.imports import without_collection  # noqa: PLC0415

@@ -95,7 +95,8 @@ def run_server(arguments: argparse.Namespace) -> int:
     """
     keep_new_files_private()
     level = arguments.log_level.upper()
-    log_lines("%(asctime)s %(levelname)s %(name)s: %(message)s", level=level, dates="%H:%M:%S")
+    form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+    log_lines(form, process="master", level=level, dates="%H:%M:%S")
     ensure_cache()
     permit_only(arguments.allow)
     if arguments.foxglove is not None:

@@ -35,7 +35,9 @@ def main(argv: list[str] | None = None) -> int:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PPaaSError as error:
-        sys.stderr.write(f"ppaas: {error.slug}: {printable_lines(str(error))}\n")
+        from ppaas.log_lines import refusal  # noqa: PLC0415 - loads logging, which most commands need not
+
+        sys.stderr.write(refusal(error.slug, printable_lines(str(error))))
         return 1
     except ImportError as error:
         words = _words_on(error)

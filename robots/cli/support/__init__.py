@@ -1,1 +1,1 @@
-"""Commands for whoever operates an installation: completion of words in a shell, bundles for those who help."""
+"""Commands for operators of an installation: completion in shells, bundles for support."""
