@@ -12,15 +12,16 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from ppaas.maps.grid import GridMap
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.cloud.joined_machine import JoinedMachine, ticket
 from tests.support.waiting import PATIENCE
 from tests.support.world.places import free_pose
 
 pytestmark = pytest.mark.journey
 
 
-def records(cloud: RunningCloud) -> list[dict[str, Any]]:
-    """Return the records of the log; each line is one."""
-    return [json.loads(line) for line in cloud.log.read_text().splitlines()]
+def records(log: Path) -> list[dict[str, Any]]:
+    """Return the records of a log; each line is one."""
+    return [json.loads(line) for line in log.read_text().splitlines()]
 
 
 async def send_transforms_of_two_clocks(socket: ClientConnection) -> None:
@@ -38,7 +39,7 @@ async def of_robot(cloud: RunningCloud, robot: str) -> dict[str, Any]:
     """Return a record that names a robot, once there is one."""
     async with asyncio.timeout(PATIENCE):
         while True:
-            for record in records(cloud):
+            for record in records(cloud.log):
                 if record.get("robot") == robot:
                     return record
             await asyncio.sleep(0.1)
@@ -58,7 +59,7 @@ async def test_every_line_of_a_cloud_is_an_object_and_a_request_is_found_by_its_
             sending = asyncio.create_task(send_transforms_of_two_clocks(socket))
             container = await of_robot(cloud, "admin:tb1")
             sending.cancel()
-    written = records(cloud)
+    written = records(cloud.log)
     [failed] = [record for record in written if record.get("request") == "night-shift.7"]
     assert {"robot": "nobody", "goal": "g7", "level": "INFO"}.items() <= failed.items()
     assert "401 not-authenticated" in failed["message"]
@@ -66,3 +67,13 @@ async def test_every_line_of_a_cloud_is_an_object_and_a_request_is_found_by_its_
     assert {"master", "agent", failed["process"], container["process"]} <= {record["process"] for record in written}
     assert all(re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z", record["time"]) for record in written)
     assert all(record.keys() >= {"level", "logger", "message"} for record in written)
+
+
+async def test_every_line_of_a_joined_machine_is_an_object(tmp_path: Path) -> None:
+    with running_cloud(tmp_path, "--listen-machines", "127.0.0.1:0") as cloud:
+        machine = JoinedMachine(tmp_path / "hall", "hall")
+        machine.start(ticket(tmp_path / "data"), "--log-format", "json")
+        await machine.is_in(await cloud.admin())
+        machine.end()
+    processes = {record["process"] for record in records(machine.log)}
+    assert processes == {"agent"}
