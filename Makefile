@@ -44,7 +44,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo docs browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo docs man browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -57,6 +57,9 @@ demo: $(INSTALLED) ## Start a cloud and drive simulated robots in it
 
 docs: $(INSTALLED) $(MERMAID) ## Build the documentation site in build/docs, which `ppaas up` serves at /docs-site/
 	$(BIN)/python -m docs.site build/docs
+
+man: $(INSTALLED) ## Write the manual page ppaas(1) into build/man/man1
+	$(BIN)/python -m docs.site.man_page build/man/man1
 
 browser: ## Get Debian's Chromium, with which tests look at the dashboard
 	@command -v "$${PPAAS_CHROMIUM:-chromium}" >/dev/null || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && \

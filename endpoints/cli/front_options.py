@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -9,6 +10,7 @@ from urllib.parse import urlsplit
 from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
 from ppaas.bounded import whole
 from ppaas.errors import InvalidInput
+from ppaas.log_lines import AS_JSON, VARIABLE
 
 DEFAULT_PORT = 8500
 MAX_PORT = 65535
@@ -50,6 +52,17 @@ def add(parser: argparse.ArgumentParser) -> None:
         choices=["debug", "info", "warning", "error"],
         help="least level of the lines of the log (%(default)s)",
     )
+    parser.add_argument(
+        "--log-format",
+        default="text",
+        choices=["text", AS_JSON],
+        help="lines of the log: text, or one JSON object a line (%(default)s)",
+    )
+
+
+def take_log_format(arguments: argparse.Namespace) -> None:
+    """Set the format of the log for this process, and for those that it starts."""
+    os.environ[VARIABLE] = arguments.log_format
 
 
 def _add_config(parser: argparse.ArgumentParser) -> None:

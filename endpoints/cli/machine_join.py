@@ -55,6 +55,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Join the cloud, then replace this process by the machine's agent."""
+    front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415

@@ -1,8 +1,10 @@
 """``ppaas machine ticket``: print a ticket with which a machine of another host joins the cloud of a data folder."""
 
 import argparse
+import json
 import math
 import sys
+import time
 from pathlib import Path
 
 HELP = "print a single-use ticket for a machine of another host; run it on the host of the cloud's data folder"
@@ -28,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--valid", type=_seconds, default=600.0, metavar="SECONDS", help="validity of the ticket (%(default)s)"
     )
+    parser.add_argument("--json", action="store_true", help="print JSON with the ticket and its time of expiry")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,10 +43,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     folder = arguments.data / MACHINES
     name = arguments.name if arguments.standby is None else f"{arguments.standby}{STANDBY}"
+    expires = time.time() + arguments.valid
     ticket = make_ticket(folder, valid=arguments.valid, machine=name, host=arguments.host)
     details = {"valid": arguments.valid}
     record_on_host(arguments.data, AuditEvent(action="make_ticket", object=_machine(name), details=details))
-    sys.stdout.write(f"{ticket}\n")
+    printed = json.dumps({"ticket": str(ticket), "expires": expires}) if arguments.json else str(ticket)
+    sys.stdout.write(f"{printed}\n")
     return 0
 
 

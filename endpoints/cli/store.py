@@ -43,9 +43,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("source", metavar="FROM", help="URL of an existing store")
         alone = {"nargs": "?"} if verb is check else {}
         verb.add_argument("target", metavar="TO", help="URL of another store of the same kind", **alone)  # type: ignore[arg-type]
-        verb.add_argument("--json", action="store_true", help="print JSON")
     sweep = verbs.add_parser("sweep", help="remove segments from Cassandra that no plan uses any more")
     sweep.add_argument("store", metavar="URL", help="URL of the store")
+    for verb in (migrate, check, sweep):
+        verb.add_argument("--json", action="store_true", help="print JSON")
     migrate.add_argument("--overwrite", action="store_true", help="replace records that differ in the target")
 
 
@@ -57,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.verb == "sweep":
         warn_if_visible(arguments.store, "URL")
-        return _sweep(arguments.store)
+        return _sweep(arguments.store, as_json=arguments.json)
     if arguments.target is None:
         warn_if_visible(arguments.source, "URL")
         return _read(arguments.source, as_json=arguments.json)
@@ -102,14 +103,15 @@ def _read(url: str, *, as_json: bool) -> int:
     return 1 if damaged else 0
 
 
-def _sweep(url: str) -> int:
+def _sweep(url: str, *, as_json: bool) -> int:
     from storage.urls.opening import open_existing_store  # noqa: PLC0415
 
     with closing(open_existing_store(url)) as store:
         sweep = getattr(store, "sweep_entries", None)
         if sweep is None:
             raise InvalidInput(f"{url.partition(':')[0]}: stores need no sweep: they remove unused segments at once")
-        sys.stdout.write(f"{sweep()} segments removed\n")
+        removed = sweep()
+    sys.stdout.write((json.dumps({"removed": removed}) if as_json else f"{removed} segments removed") + "\n")
     return 0
 
 

@@ -222,6 +222,7 @@ def run(arguments: argparse.Namespace) -> int:
     Unavailable
         A package of the cloud is older or newer than tried.
     """
+    front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here, because the command line does not import the server; and the settings import this module.
     from endpoints.cli.settings_tree import UP, settled  # noqa: PLC0415

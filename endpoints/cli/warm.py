@@ -1,7 +1,9 @@
 """``ppaas warm``: compile all kernels, so that the first start on this computer and the first plans wait for none."""
 
 import argparse
+import json
 import subprocess
+import sys
 from pathlib import Path
 
 from ppaas.clock import monotonic
@@ -18,6 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "beforehand, for an image or a computer that is being set up, and again after an upgrade. With --wheel it "
         "builds a wheel of them, with which other computers of the same versions compile nothing."
     )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON; progress on standard error")
     parser.add_argument("--wheel", metavar="FOLDER", type=Path, help="put a wheel of the compiled kernels there")
 
 
@@ -30,22 +33,22 @@ def run(arguments: argparse.Namespace) -> int:
         No cache folder can be written, or no wheel can be built.
     """
     # Imported here: ``ppaas --help`` loads this module.
-    from engine.runtimes.compilation import cache_folder, rest_compiler  # noqa: PLC0415
+    from engine.runtimes.compilation import cache_folder, kernel_wheel, rest_compiler  # noqa: PLC0415
 
     if not cache_folder.is_writable():
         raise Unavailable(
             f"no folder for compiled kernels can be written: set {cache_folder.VARIABLE} to one that can be"
         )
     began = monotonic()
-    status = subprocess.run(rest_compiler.COMMAND, check=False).returncode
-    if status == 0:
-        print(f"all kernels are compiled, after {monotonic() - began:.0f} s")  # noqa: T201
-        if arguments.wheel is not None:
-            _build_wheel(arguments.wheel)
-    return status
-
-
-def _build_wheel(folder: Path) -> None:
-    from engine.runtimes.compilation import kernel_wheel  # noqa: PLC0415  # as above
-
-    print(f"{kernel_wheel.build_wheel(folder)}: install it where kernels are not to be compiled")  # noqa: T201
+    command = subprocess.run(rest_compiler.COMMAND, check=False, stdout=sys.stderr if arguments.json else None)
+    if command.returncode != 0:
+        return command.returncode
+    seconds = monotonic() - began
+    if not arguments.json:
+        print(f"all kernels are compiled, after {seconds:.0f} s")  # noqa: T201
+    wheel = None if arguments.wheel is None else kernel_wheel.build_wheel(arguments.wheel)
+    if arguments.json:
+        print(json.dumps({"seconds": round(seconds, 3), "wheel": None if wheel is None else str(wheel)}))  # noqa: T201
+    elif wheel is not None:
+        print(f"{wheel}: install it where kernels are not to be compiled")  # noqa: T201
+    return 0

@@ -17,7 +17,7 @@ from engine.processes.background import cancel_all
 from engine.protocols.address import parse_host_port
 from engine.remote.replica import LAST, MACHINES
 from ppaas.errors import Conflict, InvalidInput
-from ppaas.log_lines import escaped
+from ppaas.log_lines import escaped, refusal
 from storage.urls.opening import open_store
 
 logger = logging.getLogger(__name__)
@@ -113,6 +113,6 @@ def _end(epoch: int) -> NoReturn:
         "start this process again with --standby"
     )
     logging.shutdown()
-    sys.stderr.write(f"ppaas: {error.slug}: {escaped(str(error))}\n")
+    sys.stderr.write(refusal(error.slug, escaped(str(error))))
     sys.stderr.flush()
     os._exit(REPLACED)

@@ -101,7 +101,8 @@ def run_server(arguments: argparse.Namespace) -> int:
     """
     keep_new_files_private()
     level = arguments.log_level.upper()
-    log_lines("%(asctime)s %(levelname)s %(name)s: %(message)s", level=level, dates="%H:%M:%S")
+    form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+    log_lines(form, process="master", level=level, dates="%H:%M:%S")
     if arguments.config is not None:
         logger.info("settings of %s", arguments.config)
     ensure_cache()

@@ -33,7 +33,7 @@ def main() -> int:
         return NO_SETTINGS
     config = from_json(settings, Config)
     form = f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s"
-    log_lines(form, level=config.front.log_level.upper(), dates="%H:%M:%S")
+    log_lines(form, process=config.name, level=config.front.log_level.upper(), dates="%H:%M:%S")
     try:
         run(config)
     except PPaaSError as error:

@@ -1,9 +1,12 @@
 """Front of the web application: what is decided about a request before any route sees it.
 
-Its path prefix is removed, the address of the client is taken from the headers of trusted proxies, compressed bodies
-and WebSockets at wrong paths or of foreign pages are refused, and answers of the REST service are kept out of caches.
+It gets an id, its path prefix is removed, the address of the client is taken from the headers of trusted proxies,
+compressed bodies and WebSockets at wrong paths or of foreign pages are refused, and answers of the REST service are
+kept out of caches.
 """
 
+import re
+import secrets
 from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
@@ -18,6 +21,7 @@ from endpoints.http.front_settings import FrontSettings, is_prefix, may_open
 from endpoints.http.problems import problem_response, status_problem
 from endpoints.http.websocket_protocol import CONNECTION
 from ppaas.errors import NotPermitted, PPaaSError, rebuild
+from ppaas.log_lines import log_fields
 
 # Changes that proxies make to requests: a prefix of the path, and another address of the client.
 
@@ -112,9 +116,56 @@ def _with_host(scope: Scope, host: str | None) -> Scope:
     return {**scope, "headers": [(b"host", first), *others]}
 
 
+# Ids of requests: each answer names one, by which its lines are found in the log.
+
+REQUEST_ID = "X-Request-ID"
+"""Header of the id, in requests and answers."""
+
+_REQUEST_ID_NAME = REQUEST_ID.lower().encode()
+
+_SAFE_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
+"""Ids that are taken from clients: what every log, shell and header can hold."""
+
+_ROBOT_PATH = re.compile("/v1/robots/([^/]{1,129})(?:/goals/([^/]{1,64}))?(?:/|$)")
+"""Paths of robots and of their goals."""
+
+
+class RequestIds:
+    """ASGI middleware that gives each request the id that its client sent, or a new one.
+
+    The lines that the request writes to the log as JSON hold it, with the robot and the goal of its path.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        given = next((value for name, value in scope["headers"] if name == _REQUEST_ID_NAME), b"")
+        request = given.decode() if _SAFE_ID.fullmatch(given) else secrets.token_hex(8)
+
+        async def named(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message)[REQUEST_ID] = request
+            await send(message)
+
+        with log_fields(request=request, **_fields_of(scope["path"])):
+            await self._app(scope, receive, named)
+
+
+def _fields_of(path: str) -> dict[str, str]:
+    found = _ROBOT_PATH.match(path)
+    if found is None:
+        return {}
+    return {name: value for name, value in zip(("robot", "goal"), found.groups(), strict=True) if value is not None}
+
+
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
-HEADERS_TAKEN = ("Authorization", "Content-Type", "If-Match")
-HEADERS_SHOWN = ("Location", "Retry-After", "Content-Disposition")
+HEADERS_TAKEN = ("Authorization", "Content-Type", "If-Match", REQUEST_ID)
+HEADERS_SHOWN = ("Location", "Retry-After", "Content-Disposition", REQUEST_ID)
 
 PREFLIGHT_SECONDS = 600
 """Time for which browsers keep the answer to the question whether a page may send a request [s]."""
@@ -135,6 +186,7 @@ def front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
     app = Gate(app, settings.allowed_origins, private)
     if settings.allowed_origins:
         app = _allow_origins(app, settings.allowed_origins)
+    app = RequestIds(app)
     if settings.trusted_proxies:
         app = TrustedProxies(app, settings.root_path, settings.trusted_proxies)
     elif settings.root_path:

@@ -34,7 +34,7 @@ MAX_TEXT = 500
 
 
 class RefusalLog:
-    """Warnings about clients, limited per address, so that nobody fills the log.
+    """Records about clients, limited per address, so that nobody fills the log.
 
     Parameters
     ----------
@@ -42,10 +42,12 @@ class RefusalLog:
         Logger of the module that refuses.
     clock : callable
         Returns monotonic time [s].
+    level : int
+        Level of the records.
     """
 
-    def __init__(self, logger: logging.Logger, clock: Clock = monotonic) -> None:
-        self._logger = logger
+    def __init__(self, logger: logging.Logger, clock: Clock = monotonic, level: int = logging.WARNING) -> None:
+        self._log = partial(logger.log, level)
         self._clock = clock
         self._seen: BoundedDict[str, tuple[float, int]] = BoundedDict(MAX_ADDRESSES)
 
@@ -55,11 +57,11 @@ class RefusalLog:
         began, count = self._seen.get(address, (now, 0))
         if now - began >= 1.0:
             if count > PER_SECOND:
-                self._logger.warning("%s: %d more warnings like these were not logged", address, count - PER_SECOND)
+                self._log("%s: %d more warnings like these were not logged", address, count - PER_SECOND)
             began, count = now, 0
         self._seen[address] = (began, count + 1)
         if count < PER_SECOND:
-            self._logger.warning("%s: %s", address, text[:MAX_TEXT].translate(_CONTROL))
+            self._log("%s: %s", address, text[:MAX_TEXT].translate(_CONTROL))
 
 
 _CONTROL = dict.fromkeys((*range(32), 127), " ")
@@ -70,6 +72,7 @@ USER = "user"
 """Name of the authenticated user in the state of a request."""
 
 _hidden = RefusalLog(logger)
+_refused = RefusalLog(logger, level=logging.INFO)
 
 Operations = Sequence[tuple[str, Collection[str]]]
 """Paths of routes, with the methods of each."""
@@ -119,13 +122,16 @@ _HEADERS: dict[int, dict[str, str]] = {
 
 
 class ProblemResponse(Response):
-    """Response of a problem, which notes the slug of the problem in the ASGI scope."""
+    """Response of a problem, which notes the slug of the problem in the ASGI scope, and logs it."""
 
     slug = ""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the response."""
         scope[_SLUG] = self.slug
+        if scope["type"] == "http":
+            client = (scope.get("client") or ("unknown",))[0]
+            _refused.add(client, f"{scope['method']} {scope['path']}: {self.status_code} {self.slug}")
         await super().__call__(scope, receive, send)
 
 

@@ -28,7 +28,7 @@ def main(allowed: str, parent: str, folder: str) -> None:
     end_with(int(parent))
     os.nice(NICE)
     answers = take_standard_output()
-    log_lines("%(levelname)s robot check %(name)s: %(message)s")
+    log_lines("%(levelname)s robot check %(name)s: %(message)s", process="robot check")
     names = from_json(allowed, list[str] | None)
     if names is not None:
         permit_only(names)

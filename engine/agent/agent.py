@@ -249,7 +249,7 @@ def until_terminated(terminated: asyncio.Event) -> Iterator[None]:
 
 def run_agent(config_json: bytes) -> None:
     """Run the agent that an ``AgentConfig`` as JSON describes; SIGINT is ignored, since the master handles Ctrl-C."""
-    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
+    log_lines("%(levelname)s agent %(name)s: %(message)s", process="agent", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = from_json(config_json, AgentConfig)
     try:

@@ -34,7 +34,7 @@ from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.clock import epoch
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.listener_faults import ListenerFaults
-from ppaas.log_lines import log_lines
+from ppaas.log_lines import log_fields, log_lines
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.time_estimates import Times
@@ -234,6 +234,9 @@ async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
 def main(launch: Launch) -> None:
     """Run a container in this process until it ends."""
     permit_only(launch.allowed)
-    log_lines(f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
+    spec = launch.spec
+    log_lines(f"%(levelname)s {spec.id} %(name)s: %(message)s", process=spec.id)
     CompileNotice(launch).register()
-    uvloop.run(run(launch))
+    robot = {} if spec.robot is None else {"robot": f"{spec.user}:{spec.robot.id}"}
+    with log_fields(**robot):
+        uvloop.run(run(launch))

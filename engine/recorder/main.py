@@ -147,7 +147,7 @@ async def run(folder: Path, reserve: Path | None, connection: socket.socket) -> 
 
 def main() -> None:
     """Run the recorder with the settings in the first argument, JSON with ``folder`` and ``reserve``."""
-    log_lines("%(levelname)s recorder %(name)s: %(message)s", level=logging.INFO)
+    log_lines("%(levelname)s recorder %(name)s: %(message)s", process="recorder", level=logging.INFO)
     for number in (signal.SIGINT, signal.SIGTERM):  # the agent ends it by closing its connection, after the containers
         signal.signal(number, signal.SIG_IGN)
     os.nice(NICE)

@@ -268,7 +268,7 @@ def _without_addresses(config: AgentConfig) -> AgentConfig:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     keep_new_files_private()
-    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
+    log_lines("%(levelname)s agent %(name)s: %(message)s", process="agent", level=logging.INFO)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     ensure_cache()
     options = from_json(sys.stdin.buffer.read(), MachineOptions)

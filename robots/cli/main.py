@@ -19,7 +19,7 @@ EXTRAS = {
     "fastapi": "cloud", "uvicorn": "cloud", "uvloop": "cloud", "zenoh": "cloud", "argon2": "cloud", "psutil": "cloud",
     "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan", "defusedxml": "plan",
     "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud", "endpoints": "cloud", "engine": "cloud",
-    "storage": "cloud", "aiomqtt": "vda5050",
+    "storage": "cloud", "aiomqtt": "vda5050", "shtab": "completion",
 }  # fmt: skip
 """Extra that installs a package, for the packages that a command may miss."""
 
@@ -35,7 +35,9 @@ def main(argv: list[str] | None = None) -> int:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PPaaSError as error:
-        sys.stderr.write(f"ppaas: {error.slug}: {printable_lines(str(error))}\n")
+        from ppaas.log_lines import refusal  # noqa: PLC0415 - loads logging, which most commands need not
+
+        sys.stderr.write(refusal(error.slug, printable_lines(str(error))))
         return 1
     except ImportError as error:
         words = _words_on(error)

@@ -19,15 +19,15 @@ def page() -> str:
 
 
 def _sections(parser: argparse.ArgumentParser, level: int) -> Iterator[str]:
-    for name, command, words in _verbs(parser):
+    for name, command, words in verbs(parser):
         yield f"{'#' * level} `{command.prog}`"
-        yield f"{words[:1].upper()}{words[1:]}." if words else ""
-        yield code(" ".join(["ppaas", *_usage(command, name)]))
+        yield cell(f"{words[:1].upper()}{words[1:]}.") if words else ""
+        yield code(" ".join(["ppaas", *usage(command, name)]))
         yield _arguments(command)
         yield from _sections(command, level + 1)
 
 
-def _verbs(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser, str]]:
+def verbs(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser, str]]:
     """Yield the name, the parser and the help of each command or verb."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -36,7 +36,7 @@ def _verbs(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.Argu
                 yield name, command, _expanded(helps.get(name, ""), command, None)
 
 
-def _usage(command: argparse.ArgumentParser, name: str) -> list[str]:
+def usage(command: argparse.ArgumentParser, name: str) -> list[str]:
     """Return the parts of the usage line of a command: its name, its verb and its arguments."""
     words = command.prog.split()[1:] or [name]
     for action in command._actions:
@@ -52,14 +52,15 @@ def _usage(command: argparse.ArgumentParser, name: str) -> list[str]:
 
 def _arguments(command: argparse.ArgumentParser) -> str:
     rows = [
-        (code(_spelled(action)), _expanded(action.help or "", command, action) + _choices(action))
+        (code(spelled(action)), cell(meaning(command, action)) + _choices(action))
         for action in command._actions
         if action.dest != "help" and not isinstance(action, argparse._SubParsersAction)
     ]
     return table(("argument", "meaning (default)"), rows)
 
 
-def _spelled(action: argparse.Action) -> str:
+def spelled(action: argparse.Action) -> str:
+    """Return how an argument is written: its names and its value."""
     if not action.option_strings:
         return _value(action)
     return f"{', '.join(action.option_strings)} {_value(action)}".strip()
@@ -82,9 +83,14 @@ def _choices(action: argparse.Action) -> str:
     return f" One of {', '.join(map(code, map(str, action.choices or ())))}." if shown else ""
 
 
+def meaning(command: argparse.ArgumentParser, action: argparse.Action) -> str:
+    """Return the help text of an argument of a command."""
+    return _expanded(action.help or "", command, action)
+
+
 def _expanded(words: str, command: argparse.ArgumentParser, action: argparse.Action | None) -> str:
     """Return a help text with the values of its placeholders, such as the default."""
     if not words or words == argparse.SUPPRESS:
         return ""
     values = {**(vars(action) if action else {}), "prog": command.prog}
-    return cell(words % values)
+    return words % values

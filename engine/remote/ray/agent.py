@@ -45,7 +45,7 @@ async def run(config: NodeConfig) -> int:
 
 def main() -> None:
     """Run the agent; remove the folder of the actor if that has died."""
-    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
+    log_lines("%(levelname)s agent %(name)s: %(message)s", process="agent", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = from_json(sys.stdin.buffer.read(), NodeConfig)
     end_with(config.keeper)

@@ -53,7 +53,7 @@ def _read_line(file: int) -> bytes:
 
 def main() -> None:
     """Run the watcher, with standard input and output as described above."""
-    log_lines("%(levelname)s ray %(name)s: %(message)s", level=logging.INFO)
+    log_lines("%(levelname)s ray %(name)s: %(message)s", process="ray", level=logging.INFO)
     answers = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # keeps Ray's output out of the answers
     config = from_json(_read_line(sys.stdin.fileno()), WatchConfig)

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from engine.processes.instances import is_dead
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import Unavailable
+from ppaas.log_lines import AS_JSON, VARIABLE, is_json
 
 check_versions("docker")
 try:
@@ -214,6 +215,7 @@ class DockerEngine:
             cap_drop=["ALL"],
             security_opt=["no-new-privileges"],
             labels={INSTANCE: self._instance},
+            environment={VARIABLE: AS_JSON} if is_json() else {},
             log_config=LogConfig(type="json-file", config={"max-size": "1m"}),
             **limits,
         )

@@ -1,7 +1,9 @@
 """Lines of the log, in which text from outside writes nothing of its own."""
 
 import io
+import json
 import logging
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.log_lines import LineFormatter, escaped
+from ppaas.log_lines import AS_JSON, VARIABLE, JsonFormatter, LineFormatter, escaped, log_fields, refusal
 from tests.support.sources import ROOT
 
 FORGED = "x\n17:00:00 INFO cloud: all is well\x1b[31m\r\x9b2J\u2028\u202e"
@@ -95,3 +97,81 @@ def test_a_command_prints_no_codes_of_an_error(capsys: pytest.CaptureFixture[str
     from robots.cli.output import printable_lines
 
     assert printable_lines("a\x1b[31m\nb") == "a\N{REPLACEMENT CHARACTER}[31m\nb"
+
+
+# -- JSON --------------------------------------------------------------------------------------------------------------
+
+
+def as_json(text: str, error: Exception | None = None, **extra: object) -> dict[str, str]:
+    """Return the record that is written to the log as JSON."""
+    record = logging.LogRecord("name", logging.WARNING, "file", 1, text, (), None)
+    record.created, record.msecs = 1700000000.25, 250.0
+    vars(record).update(extra)
+    if error is not None:
+        record.exc_info = (type(error), error, error.__traceback__)
+    line = JsonFormatter("agent").format(record)
+    assert line.isascii() and line.isprintable()
+    found: dict[str, str] = json.loads(line)
+    return found
+
+
+def test_a_record_is_one_object_with_its_time_in_utc() -> None:
+    assert as_json("all is well") == {
+        "time": "2023-11-14T22:13:20.250Z",
+        "level": "WARNING",
+        "logger": "name",
+        "process": "agent",
+        "message": "all is well",
+    }
+
+
+@given(st.text())
+def test_any_text_is_one_line_of_json(text: str) -> None:
+    assert as_json(text.replace("%", ""))["message"] == text.replace("%", "")
+
+
+def test_a_traceback_is_a_member() -> None:
+    try:
+        raise ValueError(FORGED)
+    except ValueError as error:
+        found = as_json("failed", error)
+    assert found["exception"].startswith("Traceback") and found["exception"].endswith(FORGED)
+
+
+def test_fields_are_those_of_the_task_and_of_the_record() -> None:
+    with log_fields(robot="ann:tb1", request="r1"):
+        with log_fields(request="r2"):
+            inner = as_json("x", goal="g7", other="left out")
+        outer = as_json("x")
+    assert (inner["robot"], inner["request"], inner["goal"]) == ("ann:tb1", "r2", "g7")
+    assert "other" not in inner
+    assert (outer["request"], "request" in as_json("x")) == ("r1", False)
+
+
+@pytest.mark.parametrize(
+    ("end", "logger"),
+    [
+        ("raise ValueError('a\\nb')", "ppaas.log_lines"),
+        ("import warnings; warnings.warn('a\\nb')", "py.warnings"),
+        ("import logging; logging.getLogger('uvicorn').error('a\\nb')", "uvicorn"),
+    ],
+)
+def test_all_that_a_process_writes_is_json_if_the_environment_asks_for_it(end: str, logger: str) -> None:
+    code = f"from ppaas.log_lines import log_lines; log_lines('%(message)s', process='p7')\n{end}"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, VARIABLE: AS_JSON},
+    )  # fmt: skip
+    [found] = [json.loads(line) for line in done.stderr.splitlines()]
+    assert (found["process"], found["logger"]) == ("p7", logger)
+    assert "a\nb" in found["message"] + found.get("exception", "")
+
+
+@pytest.mark.parametrize("form", [AS_JSON, "text"])
+def test_a_refusal_is_a_line_of_the_same_format(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, form)
+    line = refusal("conflict", "another cloud leads")
+    if form == AS_JSON:
+        assert json.loads(line)["message"] == "conflict: another cloud leads"
+    else:
+        assert line == "ppaas: conflict: another cloud leads\n"

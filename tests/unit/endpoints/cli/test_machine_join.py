@@ -1,10 +1,15 @@
 """Errors of ``ppaas machine join`` and ``ppaas machine ticket``; end-to-end tests show that they work."""
 
+import json
+import time
 from pathlib import Path
 
 import pytest
 
-from engine.remote.joining import Ticket
+from engine.remote.authority import Authority
+from engine.remote.joining import Ticket, read_ticket
+from engine.remote.machines import ADDRESS
+from engine.remote.replica import MACHINES
 from robots.cli.main import main
 
 TICKET = str(Ticket("127.0.0.1", 1, "ab" * 32, "secret"))
@@ -86,3 +91,14 @@ def test_up_exits_if_machines_could_not_connect(
 ) -> None:
     assert main(["up", "--port", "0", "--data", str(tmp_path), *arguments]) == 1
     assert error in capsys.readouterr().err
+
+
+def test_a_ticket_is_printed_as_json_with_its_expiry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / MACHINES
+    Authority(folder)
+    (folder / ADDRESS).write_text("tls://127.0.0.1:8501")
+    before = time.time()
+    assert main(["machine", "ticket", "--data", str(tmp_path), "--valid", "60", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert read_ticket(printed["ticket"]).port == 8501
+    assert before + 60.0 <= printed["expires"] <= time.time() + 60.0

@@ -4,10 +4,12 @@ import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from robots.cli import main
+from storage.urls import opening
 from storage.urls.opening import open_map_store, open_store
 from tests.support.storage.full_store import KINDS, fill, fill_maps
 from tests.support.storage.records import robot, user
@@ -178,3 +180,12 @@ def test_store_check_of_one_store_names_what_is_damaged(
     maps = f"file://{tmp_path / 'maps'}"
     fill_maps(open_map_store(maps))
     assert main.main(["store", "check", maps]) == 0
+
+
+def test_a_sweep_prints_the_number_of_removed_segments_as_json(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = SimpleNamespace(sweep_entries=lambda: 7, close=lambda: None)
+    monkeypatch.setattr(opening, "open_existing_store", lambda _url: store)
+    assert main.main(["store", "sweep", "cassandra://127.0.0.1/ppaas", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"removed": 7}

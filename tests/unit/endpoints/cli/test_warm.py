@@ -1,5 +1,6 @@
 """``ppaas warm``: exit status and error messages."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -36,6 +37,18 @@ def test_a_wheel_is_put_into_the_folder(
     monkeypatch.setattr(kernel_wheel, "build_wheel", lambda folder: folder / "kernels.whl")
     assert main(["warm", "--wheel", str(tmp_path)]) == 0
     assert f"{tmp_path / 'kernels.whl'}: install it" in capfd.readouterr().out
+
+
+def test_the_result_is_printed_as_json_beside_the_progress(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", "print('half of the kernels')"))
+    monkeypatch.setattr(kernel_wheel, "build_wheel", lambda folder: folder / "kernels.whl")
+    assert main(["warm", "--wheel", str(tmp_path), "--json"]) == 0
+    printed = capfd.readouterr()
+    assert printed.err == "half of the kernels\n"
+    result = json.loads(printed.out)
+    assert result["seconds"] >= 0.0 and result["wheel"] == str(tmp_path / "kernels.whl")
 
 
 def test_a_wheel_without_compiled_kernels_is_refused(

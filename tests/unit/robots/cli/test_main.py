@@ -49,7 +49,7 @@ def test_the_help_lists_every_command(capsys):
     with pytest.raises(SystemExit) as end:
         main.main(["--help"])
     assert end.value.code == 0
-    listed = re.findall(r"^    (\w+)(?: +\S|$)", capsys.readouterr().out, re.MULTILINE)
+    listed = re.findall(r"^    ([\w-]+)(?: +\S|$)", capsys.readouterr().out, re.MULTILINE)
     assert listed == sorted(COMMANDS)
 
 

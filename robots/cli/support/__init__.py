@@ -1,0 +1,1 @@
+"""Commands for operators of an installation: completion in shells, bundles for support."""
