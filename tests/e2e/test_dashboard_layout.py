@@ -1,0 +1,72 @@
+"""Where the parts of the dashboard are, on a desk and on a phone, with a fleet whose robots the test moves."""
+
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from tests.support.cloud.browser import browsing, enter, looking
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fleet import RobotSockets, serving_fleet
+
+pytestmark = pytest.mark.journey
+
+WIDE = {"width": 1440, "height": 900}
+ROBOTS = 12
+
+
+@dataclass
+class Fleet:
+    """A cloud with a fleet, and a browser to look at it."""
+
+    url: str
+    token: str
+    cloud: FakeCloud
+    browser: Browser
+    sockets: RobotSockets
+
+    async def enter(self, page: Page) -> None:
+        """Open the dashboard on a page, whose robots the test answers for."""
+        await self.sockets.answer(page)
+        await enter(page, self.url, self.token)
+        await expect(page.locator("#robots > li")).to_have_count(ROBOTS)
+
+
+@pytest.fixture
+async def fleet() -> AsyncIterator[Fleet]:
+    """Return a fleet of which all robots but the last two are connected."""
+    served, started = serving_fleet(ROBOTS, lambda number: number < ROBOTS - 2), browsing()
+    async with served as (url, token, cloud), started as browser:
+        yield Fleet(url, token, cloud, browser, RobotSockets())
+
+
+async def test_robots_stay_listed_beside_the_card_of_one_on_a_desk(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        await page.locator("#robots .robot").first.click()
+        await expect(page.locator("#robot-card")).to_be_visible()
+        panel = await box(page.locator("#panel-robots"))
+        items = [await box(item) for item in await page.locator("#robots > li").all()]
+        shown = [item for item in items if item["y"] + item["height"] <= panel["y"] + panel["height"]]
+        assert len(shown) >= 8, f"{len(shown)} robots are visible"
+        for part in ("#panel-layers", "#panel-load", "#robot-card"):
+            assert (await box(page.locator(part)))["height"] >= 150, part
+            assert not overlap(panel, await box(page.locator(part))), part
+    await context.close()
+
+
+async def box(part: Locator) -> dict[str, float]:
+    """Return where a part of the page is [px]."""
+    found = await part.bounding_box()
+    assert found is not None
+    return dict(found)
+
+
+def overlap(one: dict[str, float], other: dict[str, float]) -> bool:
+    """Return whether two boxes share more than an edge."""
+    return all(
+        one[at] + one[size] > other[at] + 1 and other[at] + other[size] > one[at] + 1
+        for at, size in (("x", "width"), ("y", "height"))
+    )
