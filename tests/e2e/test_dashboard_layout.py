@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 from playwright.async_api import Browser, Locator, Page, expect
 
-from tests.support.cloud.browser import browsing, enter, looking
+from tests.support.cloud.browser import PHONE, browsing, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 
@@ -54,6 +54,21 @@ async def test_robots_stay_listed_beside_the_card_of_one_on_a_desk(fleet: Fleet)
         for part in ("#panel-layers", "#panel-load", "#robot-card"):
             assert (await box(page.locator(part)))["height"] >= 150, part
             assert not overlap(panel, await box(page.locator(part))), part
+    await context.close()
+
+
+async def test_the_card_takes_the_place_of_the_list_on_a_phone(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=PHONE, has_touch=True)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        await page.get_by_role("button", name="Robots", exact=True).tap()
+        await page.get_by_role("button", name="tb3").tap()
+        await expect(page.locator("#panel-robots")).to_be_hidden()
+        card, stage = await box(page.locator("#robot-card")), await box(page.locator(".stage"))
+        assert card["height"] >= 200 and card["y"] + card["height"] <= PHONE["height"]
+        assert stage["height"] >= 200 and not overlap(card, stage)
+        await page.get_by_role("button", name="Robots", exact=True).tap()
+        await expect(page.locator("#panel-robots")).to_be_visible()
     await context.close()
 
 

@@ -21,6 +21,7 @@ from tests.support.endpoints.serving import serve
 from tests.support.endpoints.zones import GRID
 from tests.support.storage.records import GivenMap, put_map, robot
 
+
 class RobotSockets:
     """Sockets of the robots of a page: each gets a pose twice a second, and what the test sends.
 

@@ -7,6 +7,7 @@ import { LayerPanel } from "./layer_panel.js";
 import { showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
+import { showPanel } from "./panels.js";
 import { People } from "./people.js";
 import { Poller } from "./poller.js";
 import { RecordingsDialog } from "./recordings.js";
@@ -197,6 +198,7 @@ export class Dashboard {
 
   #select(id) {
     this.#fleet.select(id);
+    if (id !== null) showPanel(""); // on a phone, it would hide the card
     this.#refresh();
     const link = this.#fleet.selected;
     if (link?.connected && mayDrive(link.robot)) this.#tools.pick("drive");
