@@ -9,6 +9,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 from tests.support.cloud.browser import PHONE, browsing, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
+from tests.support.endpoints.zones import ZonesOfMap
 
 pytestmark = pytest.mark.journey
 
@@ -69,6 +70,24 @@ async def test_the_card_takes_the_place_of_the_list_on_a_phone(fleet: Fleet) -> 
         assert stage["height"] >= 200 and not overlap(card, stage)
         await page.get_by_role("button", name="Robots", exact=True).tap()
         await expect(page.locator("#panel-robots")).to_be_visible()
+    await context.close()
+
+
+async def test_no_tool_is_active_while_a_zone_is_drawn(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    async with looking(context) as page:
+        await ZonesOfMap().answer(page)
+        await fleet.enter(page)
+        await page.locator("#robots .robot").first.click()
+        drive = page.locator("#tool-drive")
+        await expect(drive).to_have_attribute("aria-pressed", "true")
+        await page.get_by_role("button", name="Add zone").click()
+        await expect(page.locator(".tool[aria-pressed=true]")).to_have_count(0)
+        await expect(drive).to_be_disabled()
+        await expect(page.locator("#hint")).to_have_text("Click on the map to draw; Escape cancels")
+        await page.locator("#map").press("Escape")
+        await expect(drive).to_have_attribute("aria-pressed", "true")
+        await expect(drive).to_be_enabled()
     await context.close()
 
 
