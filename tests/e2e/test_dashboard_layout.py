@@ -68,6 +68,7 @@ async def test_the_card_takes_the_place_of_the_list_on_a_phone(fleet: Fleet) -> 
         card, stage = await box(page.locator("#robot-card")), await box(page.locator(".stage"))
         assert card["height"] >= 200 and card["y"] + card["height"] <= PHONE["height"]
         assert stage["height"] >= 200 and not overlap(card, stage)
+        await expect(page.get_by_role("combobox", name="Map", exact=True)).to_have_value("office")
         await page.get_by_role("button", name="Robots", exact=True).tap()
         await expect(page.locator("#panel-robots")).to_be_visible()
     await context.close()
