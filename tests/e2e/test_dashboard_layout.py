@@ -92,6 +92,21 @@ async def test_no_tool_is_active_while_a_zone_is_drawn(fleet: Fleet) -> None:
     await context.close()
 
 
+async def test_a_robot_without_signal_is_not_said_to_be_well(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    well = {"connected": True, "findings": [], "topics": []}
+    await context.route("**/diagnosis?*", lambda route: route.fulfill(json=well))
+    async with looking(context) as page:
+        await fleet.enter(page)
+        card = page.locator("#robot-card")
+        await page.locator("#robots .robot").first.click()
+        await card.get_by_text("What is wrong?").click()
+        await expect(card.locator(".presence")).to_have_text("no signal")
+        await expect(card.locator(".doing")).to_have_text("No pose of it comes")
+        await expect(card).to_contain_text("finds nothing wrong, but no pose of the robot comes to this page")
+    await context.close()
+
+
 async def box(part: Locator) -> dict[str, float]:
     """Return where a part of the page is [px]."""
     found = await part.bounding_box()

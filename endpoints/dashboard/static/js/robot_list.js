@@ -6,10 +6,10 @@ import { number, plural } from "./format.js";
 const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, waits, state }) {
+export function doing({ presence, waits, connected, state }) {
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
-  if (presence === "silent") return "Its container hears no scan or odometry";
+  if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";
   if (state.exploration) return exploring(state.exploration);
   if (!state.goal) return "Ready";
   if (!state.goal.active) return state.goal.text || `Goal: ${state.goal.word}`;
