@@ -38,8 +38,9 @@ class Fleet:
 async def fleet() -> AsyncIterator[Fleet]:
     """Return a fleet of which all robots but the last two are connected."""
     served, started = serving_fleet(ROBOTS, lambda number: number < ROBOTS - 2), browsing()
-    async with served as (url, token, cloud), started as browser:
-        yield Fleet(url, token, cloud, browser, RobotSockets())
+    sockets = RobotSockets()
+    async with served as (url, token, cloud), started as browser, sockets.beating():
+        yield Fleet(url, token, cloud, browser, sockets)
 
 
 async def test_robots_stay_listed_beside_the_card_of_one_on_a_desk(fleet: Fleet) -> None:
@@ -104,6 +105,21 @@ async def test_a_robot_without_signal_is_not_said_to_be_well(fleet: Fleet) -> No
         await expect(card.locator(".presence")).to_have_text("no signal")
         await expect(card.locator(".doing")).to_have_text("No pose of it comes")
         await expect(card).to_contain_text("finds nothing wrong, but no pose of the robot comes to this page")
+    await context.close()
+
+
+async def test_an_error_of_a_robot_is_shown_in_full(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        text = "There is no way to the goal, for a box is in the corridor. " * 8
+        await expect(page.locator("#robots .robot").first).to_contain_text("No pose of it comes")
+        fleet.sockets.place("tb0", 3.0, 5.0)
+        fleet.sockets.status("tb0", 4, text)
+        await page.locator("#robots .robot").first.click()
+        doing = page.locator("#robot-card .doing")
+        await expect(doing).to_have_text(text)
+        assert await doing.evaluate("one => one.scrollHeight <= one.clientHeight"), "it is cut"
     await context.close()
 
 

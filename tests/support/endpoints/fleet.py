@@ -1,5 +1,6 @@
 """A fleet of robots that a page shows: a server that has them, and their sockets, which the test answers."""
 
+import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing
@@ -21,9 +22,12 @@ from tests.support.endpoints.serving import serve
 from tests.support.endpoints.zones import GRID
 from tests.support.storage.records import GivenMap, put_map, robot
 
+PERIOD = 0.5
+"""Time between two poses of a robot [s]."""
+
 
 class RobotSockets:
-    """Sockets of the robots of a page: each gets a pose twice a second, and what the test sends.
+    """Sockets of the robots of a page, which publish what the test says.
 
     Attributes
     ----------
@@ -33,6 +37,16 @@ class RobotSockets:
 
     def __init__(self) -> None:
         self.open: dict[str, WebSocketRoute] = {}
+        self._poses: dict[str, tuple[float, float]] = {}
+
+    @asynccontextmanager
+    async def beating(self) -> AsyncIterator[None]:
+        """Repeat the poses of robots that were placed: of one that is silent, pages say so."""
+        task = asyncio.create_task(self._beat())
+        try:
+            yield
+        finally:
+            task.cancel()
 
     async def answer(self, page: Page) -> None:
         """Answer all robots' sockets of a page."""
@@ -43,7 +57,11 @@ class RobotSockets:
         self.open[name].send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
 
     def place(self, name: str, x: float, y: float) -> None:
-        """Say where a robot is."""
+        """Say where a robot is, from now on."""
+        self._poses[name] = x, y
+        self._publish_pose(name, x, y)
+
+    def _publish_pose(self, name: str, x: float, y: float) -> None:
         pose = {"position": {"x": x, "y": y, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
         header = {"stamp": {"secs": 1, "nsecs": 0}, "frame_id": "map"}
         self.publish(name, "amcl_pose", {"header": header, "pose": {"pose": pose}})
@@ -52,6 +70,12 @@ class RobotSockets:
         """Send the state of a robot's goal, as actionlib has it."""
         goal = {"goal_id": {"id": "g"}, "status": status, "text": text}
         self.publish(name, "move_base/status", {"status_list": [goal]})
+
+    async def _beat(self) -> None:
+        while True:
+            for name, (x, y) in self._poses.items():
+                self._publish_pose(name, x, y)
+            await asyncio.sleep(PERIOD)
 
     def _opened(self, socket: WebSocketRoute) -> None:
         name = socket.url.partition("robot=")[2].partition("&")[0]
