@@ -170,6 +170,7 @@ export class Dashboard {
   #refresh() {
     const link = this.#fleet.selected;
     this.#showNewMap();
+    for (const each of this.#fleet.links) each.held = this.#traffic.state.heldBy(each.robot.id);
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user

@@ -26,6 +26,8 @@ function unique() {
 export class RobotLink {
   /** @type {{id: string, map: string, model: string, radius: number, colour: number}} */ robot;
   /** @type {RobotState} */ state = new RobotState();
+  /** Why the traffic lets it stand now, in words; empty while it drives. */
+  held = "";
   /** The last goal that was sent from here. */
   sent = "";
   #container = null;
