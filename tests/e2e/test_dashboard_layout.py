@@ -1,5 +1,6 @@
 """Where the parts of the dashboard are, on a desk and on a phone, with a fleet whose robots the test moves."""
 
+import re
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ pytestmark = pytest.mark.journey
 
 WIDE = {"width": 1440, "height": 900}
 ROBOTS = 12
+LOST = r"^Failed to load resource: net::ERR_INTERNET_DISCONNECTED"
 
 
 @dataclass
@@ -120,6 +122,22 @@ async def test_an_error_of_a_robot_is_shown_in_full(fleet: Fleet) -> None:
         doing = page.locator("#robot-card .doing")
         await expect(doing).to_have_text(text)
         assert await doing.evaluate("one => one.scrollHeight <= one.clientHeight"), "it is cut"
+    await context.close()
+
+
+async def test_loads_are_marked_as_old_while_the_cloud_does_not_answer(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    async with looking(context, LOST) as page:
+        await fleet.enter(page)
+        note, load = page.locator("#load-note"), page.locator("#machines .load").first
+        await expect(load).to_have_css("border-style", "solid")
+        await expect(note).to_be_hidden()
+        await context.set_offline(True)
+        await expect(note).to_have_text(re.compile(r"^As of .*: the cloud does not answer$"))
+        await expect(load).to_have_css("border-style", "dashed")
+        await context.set_offline(False)
+        await expect(note).to_be_hidden()
+        await expect(load).to_have_css("border-style", "solid")
     await context.close()
 
 

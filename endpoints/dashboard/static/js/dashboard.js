@@ -4,7 +4,7 @@ import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { isNew } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
-import { showContainers, showEndpoints, showMachines } from "./load_panel.js";
+import { markLoads, showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
 import { showPanel } from "./panels.js";
@@ -43,6 +43,7 @@ export class Dashboard {
   #zones;
   #poller;
   #starting = "";
+  /** Time of the last loads that the cloud sent. */ #loadsAt = new Date();
   #expired;
 
   /** @param {import("./rest.js").Rest} rest @param {() => void} expired */
@@ -69,7 +70,7 @@ export class Dashboard {
       publish: (name) => this.#publish(name),
     }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest));
     this.#maps = new MapChoice(() => this.#otherMap());
-    this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(this.#starting), failed: (error) => this.#failed(error) });
+    this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
   }
 
@@ -100,6 +101,7 @@ export class Dashboard {
     showMachines(machines?.filter(({ state }) => state !== "starting") ?? null);
     showEndpoints(endpoints);
     showContainers(containers, isAdmin);
+    this.#loadsAt = new Date();
     this.#refresh();
     this.#traffic.follow(this.#mapPath, hasTraffic(containers, this.#me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
@@ -150,7 +152,13 @@ export class Dashboard {
     this.#stage.show(current, grid);
   }
 
+  #well() {
+    this.#banner(this.#starting);
+    markLoads(null);
+  }
+
   #failed(error) {
+    if (error instanceof Unreachable) markLoads(this.#loadsAt);
     if (error instanceof Refused && error.status === 401) this.#expired();
     else if (error instanceof Unreachable) this.#banner("The cloud does not answer. Trying again…");
     else if (error instanceof Refused) this.#banner(error.message);
