@@ -74,6 +74,13 @@ async def test_nothing_is_grave_on_forms_of_zones(context: BrowserContext) -> No
             await expect_no_fault(page, "form of a zone")
 
 
+async def test_nothing_is_grave_in_the_table_of_robots(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        await page.get_by_role("button", name="Fleet").click()
+        await expect(page.locator("#fleet tbody tr")).to_have_count(5)
+        await expect_no_fault(page, "fleet")
+
+
 @asynccontextmanager
 async def showing(context: BrowserContext) -> AsyncIterator[Page]:
     """Show a map with zones, and robots of which one fails, some are silent, and the last is not connected."""

@@ -2,7 +2,8 @@
 
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
-import { isNew } from "./growing_map.js";
+import { FleetTable } from "./fleet_table.js";
+import { isNew, mapMadeBy } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
 import { markLoads, showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChanges } from "./map_changes.js";
@@ -17,7 +18,7 @@ import { RobotList } from "./robot_list.js";
 import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { startText } from "./start_state.js";
-import { toast } from "./toasts.js";
+import { toast, toastEnd } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
 import { hasTraffic } from "./traffic_state.js";
@@ -32,6 +33,7 @@ export class Dashboard {
   #grid = null;
   #layers = new LayerPanel((layer, on) => this.#switch(layer, on));
   #fleet;
+  #table;
   #tools = new Tools((tool) => this.#tools.pick(tool));
   #stage;
   #list;
@@ -61,6 +63,7 @@ export class Dashboard {
     this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
+    this.#table = new FleetTable(this.#fleet, (robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -91,6 +94,7 @@ export class Dashboard {
     const robots = withShared(mine, shared, this.#me.id);
     const own = containersOf(containers, robots, this.#me.id);
     const maps = await mapsOf(this.#rest, listed, robots);
+    this.#table.take(robots, own);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
     await this.#changes.poll(this.#mapPath, maps, this.#maps.current);
@@ -126,15 +130,9 @@ export class Dashboard {
 
   /** Show whether the map that the selected robot makes is one with those of others. */
   async #showSharing() {
-    const { robot, mapping, connected } = this.#fleet.selected ?? {};
-    if (!mapping || !connected) return this.#card.showSharing(null);
-    try {
-      const map = await this.#rest.get(`v1/robots/${encodeURIComponent(robot.id)}/map`);
-      if (this.#fleet.selected?.robot.id === robot.id) this.#card.showSharing(map); // else another one was selected
-    } catch (error) {
-      if (!(error instanceof Refused) || error.status === 401) throw error;
-      this.#card.showSharing(null); // it has no map yet, or has just left
-    }
+    const link = this.#fleet.selected;
+    const map = await mapMadeBy(this.#rest, link);
+    if (this.#fleet.selected === link) this.#card.showSharing(map); // else another one was selected
   }
 
   get #mapPath() {
@@ -182,6 +180,7 @@ export class Dashboard {
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user
+    this.#table.update();
     this.#stage.renderer.ask();
   }
 
@@ -196,6 +195,12 @@ export class Dashboard {
     this.#select(null);
     this.#fleet.close();
     this.#poller.now();
+  }
+
+  /** Select a robot of the table, on its map. */
+  #goTo({ id, map }) {
+    this.#maps.choose(map);
+    this.#select(id);
   }
 
   #switch(layer, on) {
@@ -228,14 +233,8 @@ export class Dashboard {
     await this.#tell(this.#rest.post(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }), `${name} is published: robots can drive on it`);
   }
 
-  /** Say how an order of the user went. @param {Promise<unknown>} order @param {string} done */
   async #tell(order, done) {
-    try {
-      await order;
-      toast(done, "good");
-    } catch (error) {
-      toast(error.message, "bad");
-    }
+    await toastEnd(order, done);
     this.#poller.now();
   }
 

@@ -3,7 +3,8 @@
 import { byId, make, say, show } from "./dom.js";
 import { number, plural } from "./format.js";
 
-const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
+/** How a robot is, in words. */
+export const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
 /** What a robot does with a goal that it does not drive to, by its state in actionlib. */
 const BESIDE_DRIVING = { 0: "Its goal waits to begin", 6: "Stopping", 7: "Stopping" };
