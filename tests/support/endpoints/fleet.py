@@ -94,7 +94,7 @@ def name_of(number: int) -> str:
 
 @asynccontextmanager
 async def serving_fleet(
-    count: int, connected: Callable[[int], bool] = lambda _number: True
+    count: int, connected: Callable[[int], bool] = lambda _number: True, elsewhere: tuple[str, ...] = ()
 ) -> AsyncIterator[tuple[str, str, FakeCloud]]:
     """Serve a fleet of ann, who is an administrator; return the URL, her token and the cloud.
 
@@ -104,12 +104,18 @@ async def serving_fleet(
         Number of her robots, all on the map office.
     connected : callable
         Whether the robot of a number has a container and is connected.
+    elsewhere : tuple of str
+        Ids of further robots of hers, on the map yard, which are not connected.
     """
     store, maps, cloud = MemoryStore(), MemoryMapStore(), FakeCloud()
     accounts = Accounts(store, passwords=Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=1))
     await accounts.register("ann", "correct horse", "admin")
     yaml, image = save_map(GRID, "office.pgm")
     record = put_map(maps, GivenMap("office", "ann", yaml, image))
+    if elsewhere:
+        put_map(maps, GivenMap("yard", "ann", yaml, image))
+    for name in elsewhere:
+        store.put_robot(robot(name, user="ann", map="yard"))
     for number in range(count):
         store.put_robot(robot(name_of(number), user="ann", map="office"))
     version = MapVersion("office", record.version)
