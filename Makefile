@@ -20,7 +20,7 @@ export PYTHONDONTWRITEBYTECODE :=
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
-NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove tests/e2e/vda5050
+NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove tests/e2e/vda5050 tests/e2e/axe
 NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients

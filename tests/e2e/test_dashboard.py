@@ -278,7 +278,6 @@ async def test_the_dashboard_is_usable_by_touch_on_a_phone(scene: Scene) -> None
             await page.get_by_role("button", name=panel, exact=True).tap()
             assert await too_small(page) == []
         await page.get_by_role("button", name="tb-web").tap()
-        await page.get_by_role("button", name="Robots", exact=True).tap()
         await expect(page.locator("#robot-card")).to_be_visible()
         assert await too_small(page) == []
         await page.get_by_role("button", name="Recordings").tap()

@@ -2,11 +2,13 @@
 
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
-import { isNew } from "./growing_map.js";
+import { FleetTable } from "./fleet_table.js";
+import { isNew, mapMadeBy } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
-import { showContainers, showEndpoints, showMachines } from "./load_panel.js";
+import { markLoads, showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
+import { showPanel } from "./panels.js";
 import { People } from "./people.js";
 import { Poller } from "./poller.js";
 import { RecordingsDialog } from "./recordings.js";
@@ -16,7 +18,7 @@ import { RobotList } from "./robot_list.js";
 import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { startText } from "./start_state.js";
-import { toast } from "./toasts.js";
+import { toast, toastEnd } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
 import { hasTraffic } from "./traffic_state.js";
@@ -31,6 +33,7 @@ export class Dashboard {
   #grid = null;
   #layers = new LayerPanel((layer, on) => this.#switch(layer, on));
   #fleet;
+  #table;
   #tools = new Tools((tool) => this.#tools.pick(tool));
   #stage;
   #list;
@@ -42,6 +45,7 @@ export class Dashboard {
   #zones;
   #poller;
   #starting = "";
+  /** Time of the last loads that the cloud sent. */ #loadsAt = new Date();
   #expired;
 
   /** @param {import("./rest.js").Rest} rest @param {() => void} expired */
@@ -56,9 +60,10 @@ export class Dashboard {
     const told = { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) };
     this.#people = new People(rest, told);
     this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
-    this.#zones = new Zones(rest, told);
+    this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
+    this.#table = new FleetTable(this.#fleet, (robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -68,7 +73,7 @@ export class Dashboard {
       publish: (name) => this.#publish(name),
     }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest));
     this.#maps = new MapChoice(() => this.#otherMap());
-    this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(this.#starting), failed: (error) => this.#failed(error) });
+    this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
   }
 
@@ -89,6 +94,7 @@ export class Dashboard {
     const robots = withShared(mine, shared, this.#me.id);
     const own = containersOf(containers, robots, this.#me.id);
     const maps = await mapsOf(this.#rest, listed, robots);
+    this.#table.take(robots, own);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
     await this.#changes.poll(this.#mapPath, maps, this.#maps.current);
@@ -99,6 +105,7 @@ export class Dashboard {
     showMachines(machines?.filter(({ state }) => state !== "starting") ?? null);
     showEndpoints(endpoints);
     showContainers(containers, isAdmin);
+    this.#loadsAt = new Date();
     this.#refresh();
     this.#traffic.follow(this.#mapPath, hasTraffic(containers, this.#me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
@@ -123,15 +130,9 @@ export class Dashboard {
 
   /** Show whether the map that the selected robot makes is one with those of others. */
   async #showSharing() {
-    const { robot, mapping, connected } = this.#fleet.selected ?? {};
-    if (!mapping || !connected) return this.#card.showSharing(null);
-    try {
-      const map = await this.#rest.get(`v1/robots/${encodeURIComponent(robot.id)}/map`);
-      if (this.#fleet.selected?.robot.id === robot.id) this.#card.showSharing(map); // else another one was selected
-    } catch (error) {
-      if (!(error instanceof Refused) || error.status === 401) throw error;
-      this.#card.showSharing(null); // it has no map yet, or has just left
-    }
+    const link = this.#fleet.selected;
+    const map = await mapMadeBy(this.#rest, link);
+    if (this.#fleet.selected === link) this.#card.showSharing(map); // else another one was selected
   }
 
   get #mapPath() {
@@ -149,7 +150,13 @@ export class Dashboard {
     this.#stage.show(current, grid);
   }
 
+  #well() {
+    this.#banner(this.#starting);
+    markLoads(null);
+  }
+
   #failed(error) {
+    if (error instanceof Unreachable) markLoads(this.#loadsAt);
     if (error instanceof Refused && error.status === 401) this.#expired();
     else if (error instanceof Unreachable) this.#banner("The cloud does not answer. Trying again…");
     else if (error instanceof Refused) this.#banner(error.message);
@@ -169,9 +176,11 @@ export class Dashboard {
   #refresh() {
     const link = this.#fleet.selected;
     this.#showNewMap();
+    for (const each of this.#fleet.links) each.held = this.#traffic.state.heldBy(each.robot.id);
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user
+    this.#table.update();
     this.#stage.renderer.ask();
   }
 
@@ -188,6 +197,12 @@ export class Dashboard {
     this.#poller.now();
   }
 
+  /** Select a robot of the table, on its map. */
+  #goTo({ id, map }) {
+    this.#maps.choose(map);
+    this.#select(id);
+  }
+
   #switch(layer, on) {
     const drawn = { people: this.#people, traffic: this.#traffic, zones: this.#zones }[layer]?.layer;
     if (!drawn) this.#fleet.layer(layer, on);
@@ -197,6 +212,7 @@ export class Dashboard {
 
   #select(id) {
     this.#fleet.select(id);
+    if (id !== null) showPanel(""); // on a phone, it would hide the card
     this.#refresh();
     const link = this.#fleet.selected;
     if (link?.connected && mayDrive(link.robot)) this.#tools.pick("drive");
@@ -217,14 +233,8 @@ export class Dashboard {
     await this.#tell(this.#rest.post(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }), `${name} is published: robots can drive on it`);
   }
 
-  /** Say how an order of the user went. @param {Promise<unknown>} order @param {string} done */
   async #tell(order, done) {
-    try {
-      await order;
-      toast(done, "good");
-    } catch (error) {
-      toast(error.message, "bad");
-    }
+    await toastEnd(order, done);
     this.#poller.now();
   }
 

@@ -7,6 +7,7 @@ import { Poller } from "./poller.js";
 const WORDS = { error: "Error", warn: "Warning", ok: "Note" };
 const SECONDS = 2; // for which the robot is watched before the first answer
 const TITLE = "What is wrong?";
+const UNSEEN = "The cloud finds nothing wrong, but no pose of the robot comes to this page";
 
 /** Rate and age of a topic, in words. @param {object} topic */
 export function arrivalOf({ rate, silence, refused }) {
@@ -15,15 +16,16 @@ export function arrivalOf({ rate, silence, refused }) {
   return `${rate.toFixed(rate < 9.5 ? 1 : 0)} Hz${refused ? `, ${refused} refused` : ""}`;
 }
 
-/** Number of errors and warnings, in words. @param {object[]} findings */
-export function summaryOf(findings) {
+/** Number of errors and warnings, in words. @param {object[]} findings @param {boolean} silent whether no pose of the robot comes to this page */
+export function summaryOf(findings, silent) {
   const count = (level) => findings.filter((each) => each.level === level).length;
   const parts = [["error", count("error")], ["warning", count("warn")]].filter(([, number]) => number);
-  return parts.map(([word, number]) => plural(number, word)).join(", ") || "All is well";
+  return parts.map(([word, number]) => plural(number, word)).join(", ") || (silent ? UNSEEN : "All is well");
 }
 
 export class DiagnosisPanel {
   #robot = null;
+  #silent = false;
   #read;
   #note = make("p", { className: "muted", role: "status" });
   #findings = make("ul", { className: "findings" });
@@ -40,8 +42,9 @@ export class DiagnosisPanel {
     this.element.addEventListener("toggle", () => this.#poller.now());
   }
 
-  /** @param {string | null} robot the selected robot */
-  select(robot) {
+  /** @param {string | null} robot the selected robot @param {boolean} silent whether no pose of it comes to this page */
+  select(robot, silent) {
+    this.#silent = silent;
     if (robot === this.#robot) return;
     this.#robot = robot;
     this.#show({ findings: [], topics: [] }, "");
@@ -53,7 +56,7 @@ export class DiagnosisPanel {
     if (robot === null || !this.element.open) return;
     if (!this.#findings.children.length) say(this.#note, "Watching the robot…");
     const diagnosis = await this.#read(robot, SECONDS);
-    if (robot === this.#robot) this.#show(diagnosis, summaryOf(diagnosis.findings)); // else another one was selected
+    if (robot === this.#robot) this.#show(diagnosis, summaryOf(diagnosis.findings, this.#silent)); // else another one was selected
   }
 
   #show({ findings, topics, connected }, summary) {

@@ -1,12 +1,17 @@
 /** Robots of the shown map, each with its own link. */
 
+import { RobotColours } from "./robot_colours.js";
 import { RobotLink } from "./robot_link.js";
+import { ROBOTS } from "./theme.js";
 
 const RADIUS = 0.18; // of a model that the cloud does not know [m]
+
+const byName = new Intl.Collator(undefined, { numeric: true }).compare;
 
 export class Fleet {
   /** @type {Map<string, RobotLink>} by id */ #links = new Map();
   /** @type {string | null} */ #selected = null;
+  #colours = new RobotColours(ROBOTS);
   #urlOf;
   #shown;
   #events;
@@ -51,13 +56,14 @@ export class Fleet {
   update(robots, containers, radii) {
     const ids = new Set(robots.map((robot) => robot.id));
     for (const link of this.links.filter((link) => !ids.has(link.robot.id))) this.#remove(link);
-    robots.forEach((robot, i) => {
+    this.#colours.give([...ids].sort(byName));
+    robots.forEach((robot) => {
       const link = this.#links.get(robot.id) ?? new RobotLink(robot, this.#shown, this.#events);
-      link.robot = { ...robot, radius: radii.get(robot.model) ?? RADIUS, colour: i };
+      link.robot = { ...robot, radius: radii.get(robot.model) ?? RADIUS, colour: this.#colours.of(robot.id) };
       this.#links.set(robot.id, link);
       link.placed(containers.find((container) => container.robot === robot.id), this.#urlOf);
     });
-    this.#links = new Map([...this.#links].sort(([a], [b]) => a.localeCompare(b, undefined, { numeric: true })));
+    this.#links = new Map([...this.#links].sort(([a], [b]) => byName(a, b)));
     this.#events.changed();
   }
 

@@ -1,6 +1,7 @@
 /** Map that a robot makes while it drives: the last whole grid with the changes since. */
 
 import { poseOf } from "./geometry.js";
+import { Refused } from "./rest.js";
 
 /** Prefix of the map of a robot that makes one. */
 const NEW = "new:";
@@ -13,6 +14,20 @@ export function isNew(map) {
 /** Name under which a map that is being made is to be published. @param {string} map */
 export function nameOf(map) {
   return map.slice(NEW.length);
+}
+
+/**
+ * Ask the cloud for the map that a robot makes; null if it makes none, has none yet, or has just left.
+ * @param {import("./rest.js").Rest} rest @param {import("./robot_link.js").RobotLink | null} link
+ */
+export async function mapMadeBy(rest, link) {
+  if (!link?.mapping || !link.connected) return null;
+  try {
+    return await rest.get(`v1/robots/${encodeURIComponent(link.robot.id)}/map`);
+  } catch (error) {
+    if (!(error instanceof Refused) || error.status === 401) throw error;
+    return null;
+  }
 }
 
 const STAGES = {

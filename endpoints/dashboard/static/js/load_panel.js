@@ -74,6 +74,13 @@ function fillGauge(element, { share, value, full }) {
   say(element.children[2], value);
 }
 
+/** Mark the loads as old while the cloud does not answer. @param {Date | null} since the time of the loads, null if they are new */
+export function markLoads(since) {
+  byId("panel-load").toggleAttribute("data-old", since !== null);
+  byId("load-note").hidden = since === null;
+  if (since) say(byId("load-note"), `As of ${since.toLocaleTimeString()}: the cloud does not answer`);
+}
+
 /** @param {object[] | null} machines null where the user may not see them */
 export function showMachines(machines) {
   const none = byId("no-machines");

@@ -3,6 +3,7 @@
 import { Dashboard } from "./dashboard.js";
 import { byId } from "./dom.js";
 import { askToLogIn, onLogin } from "./login.js";
+import { beginPanels } from "./panels.js";
 import { Rest } from "./rest.js";
 import { session } from "./session.js";
 
@@ -24,15 +25,7 @@ function enter(token) {
   new Dashboard(rest, () => leave("Your login has expired: log in again.")).begin();
 }
 
-for (const tab of document.querySelectorAll(".tab")) {
-  tab.addEventListener("click", () => {
-    const { panel } = byId("work").dataset;
-    byId("work").dataset.panel = panel === tab.dataset.panel ? "" : tab.dataset.panel;
-    for (const other of document.querySelectorAll(".tab")) {
-      other.setAttribute("aria-pressed", String(other.dataset.panel === byId("work").dataset.panel));
-    }
-  });
-}
+beginPanels();
 onLogin(enter);
 if (session.token) enter(session.token);
 else askToLogIn(session.takeNote());

@@ -7,14 +7,20 @@ export class MapChoice {
   /** @type {string | null} */ current = null;
   #versions = new Map();
   #select = byId("map-choice");
+  #chosen;
 
   /** @param {() => void} chosen */
   constructor(chosen) {
     this.#select.replaceChildren();
-    this.#select.onchange = () => {
-      this.current = this.#select.value;
-      chosen();
-    };
+    this.#chosen = chosen;
+    this.#select.onchange = () => this.choose(this.#select.value);
+  }
+
+  /** Choose another map. @param {string} id */
+  choose(id) {
+    if (id === this.current) return;
+    this.current = id;
+    this.#chosen();
   }
 
   get version() {

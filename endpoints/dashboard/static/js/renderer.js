@@ -115,7 +115,7 @@ export class Renderer {
 
   /** @param {import("./robot_link.js").RobotLink} link */
   colourOf(link) {
-    return this.#theme.robots[link.robot.colour % this.#theme.robots.length];
+    return this.#theme.robots[link.robot.colour];
   }
 
   /** Colour of the robot with an id, also of one that is not on the map. @param {string} id */

@@ -88,7 +88,7 @@ export class RobotCard {
   /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */
   update(link, colour) {
     this.#card.hidden = !link;
-    this.#diagnosis.select(link?.robot.id ?? null);
+    this.#diagnosis.select(link?.robot.id ?? null, link?.presence === "silent");
     this.#recordings.select(link?.robot ?? null);
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;

@@ -16,7 +16,8 @@ import { TOPICS, wanted } from "./topics.js";
 const RETRY = 2; // seconds until a socket that was lost is tried again
 const COVARIANCE = Array.from({ length: 36 }, (_, i) => ({ 0: 0.25, 7: 0.25, 35: 0.068 })[i] ?? 0); // as RViz says it
 
-const seconds = () => performance.now() / 1000;
+/** The clock of the page [s]. */
+export const seconds = () => performance.now() / 1000;
 
 /** A new id of a goal. */
 function unique() {
@@ -26,6 +27,10 @@ function unique() {
 export class RobotLink {
   /** @type {{id: string, map: string, model: string, radius: number, colour: number}} */ robot;
   /** @type {RobotState} */ state = new RobotState();
+  /** Time of the last pose that came, on this socket or one before [s]. */
+  seenAt = -Infinity;
+  /** Why the traffic lets it stand now, in words; empty while it drives. */
+  held = "";
   /** The last goal that was sent from here. */
   sent = "";
   #container = null;
@@ -111,6 +116,7 @@ export class RobotLink {
 
   #heard(name, message) {
     const ended = this.state.take(bare(name), message, seconds());
+    this.seenAt = Math.max(this.seenAt, this.state.heardAt);
     if (ended) this.#events.ended(this, ended);
     this.#events.changed();
   }

@@ -3,16 +3,22 @@
 import { byId, make, say, show } from "./dom.js";
 import { number, plural } from "./format.js";
 
-const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
+/** How a robot is, in words. */
+export const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
+
+/** What a robot does with a goal that it does not drive to, by its state in actionlib. */
+const BESIDE_DRIVING = { 0: "Its goal waits to begin", 6: "Stopping", 7: "Stopping" };
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, waits, state }) {
+export function doing({ presence, waits, connected, held, state }) {
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
-  if (presence === "silent") return "Its container hears no scan or odometry";
+  if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";
   if (state.exploration) return exploring(state.exploration);
   if (!state.goal) return "Ready";
   if (!state.goal.active) return state.goal.text || `Goal: ${state.goal.word}`;
+  if (state.goal.code in BESIDE_DRIVING) return BESIDE_DRIVING[state.goal.code];
+  if (held) return held;
   const left = state.remaining;
   return left === null ? "Driving" : `Driving, ${number(left)} m to go`;
 }

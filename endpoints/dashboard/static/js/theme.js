@@ -2,7 +2,8 @@
 
 /** @typedef {{ground: string, ink: string, halo: string, bad: string, heat: string, zones: Record<string, string>, palette: import("./grid.js").Palette, robots: string[]}} Theme */
 
-const ROBOTS = 8;
+/** Number of colours of robots. */
+export const ROBOTS = 8;
 const ZONES = ["keep_out", "speed_limit", "one_way", "no_stop", "capacity", "lane"];
 
 /** @param {string} text as "#rrggbb" @returns {import("./grid.js").Colour} */

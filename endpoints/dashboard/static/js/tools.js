@@ -16,6 +16,7 @@ export class Tools {
   /** @type {Tool} */ current = "look";
   #robot = null;
   #mayDrive = false;
+  /** Whether clicks on the map are corners of a zone, which no tool takes. */ #paused = false;
 
   /** @param {(tool: Tool) => void} picked */
   constructor(picked) {
@@ -37,7 +38,14 @@ export class Tools {
     this.#show();
   }
 
+  /** Pause all tools while the user draws on the map, and take the one before up again. @param {boolean} paused */
+  pause(paused) {
+    this.#paused = paused;
+    this.#show();
+  }
+
   #hint() {
+    if (this.#paused) return "Click on the map to draw; Escape cancels";
     if (this.#robot !== null && !this.#mayDrive) return `You may look at ${this.#robot}, not drive it`;
     return HINTS[this.current]?.(this.#robot) ?? "";
   }
@@ -45,8 +53,8 @@ export class Tools {
   #show() {
     for (const tool of TOOLS) {
       const button = byId(`tool-${tool}`);
-      button.setAttribute("aria-pressed", String(tool === this.current));
-      button.disabled = tool !== "look" && !this.#mayDrive;
+      button.setAttribute("aria-pressed", String(tool === this.current && !this.#paused));
+      button.disabled = this.#paused || (tool !== "look" && !this.#mayDrive);
     }
     byId("map").dataset.tool = this.current;
     say(byId("hint"), this.#hint());

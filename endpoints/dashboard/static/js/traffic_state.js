@@ -1,5 +1,7 @@
 /** Traffic of the shown map: the last answer of the cloud, goals reached, and where robots have waited. */
 
+import { duration } from "./format.js";
+
 const MINUTE = 60; // s
 const HOUR = 3600;
 
@@ -51,6 +53,12 @@ export class TrafficState {
     this.answer = this.#last = this.#began = this.picked = null;
     this.#reached = [];
     this.#waits.clear();
+  }
+
+  /** Why a robot stands in the traffic now, in words; empty if it does not. @param {string} id */
+  heldBy(id) {
+    const robot = this.answer?.robots.find((one) => one.robot === id && one.state === "waiting");
+    return robot ? `Waits${robot.waits_for && ` for ${robot.waits_for}`}, ${duration(robot.waited)}` : "";
   }
 
   /** Goals reached in the last minute, and in the last hour or since the page has looked: that time is `seconds`. */

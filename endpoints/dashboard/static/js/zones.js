@@ -27,7 +27,7 @@ export class Zones {
   #isSaving = false;
   /** Timer of the next check of the draft. */ #check = 0;
 
-  /** @param {import("./rest.js").Rest} rest @param {{changed: () => void}} events */
+  /** @param {import("./rest.js").Rest} rest @param {{changed: () => void, draws: (on: boolean) => void}} events */
   constructor(rest, events) {
     this.#rest = rest;
     this.#events = events;
@@ -113,6 +113,7 @@ export class Zones {
   #draw(drawing) {
     this.layer.drawing = drawing;
     byId("map").toggleAttribute("data-drawing", drawing !== null);
+    this.#events.draws(drawing !== null);
     if (drawing) byId("map").focus({ preventScroll: true });
     this.#show();
   }

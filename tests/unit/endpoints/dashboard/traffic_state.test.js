@@ -30,6 +30,15 @@ test("time of waiting is added up by cell", () => {
   assert.equal(state.longest, 3);
 });
 
+test("a robot that waits is held by another one, or by something else", () => {
+  const state = new TrafficState();
+  assert.equal(state.heldBy("tb1"), "");
+  state.take(answer(1, 0, robot("tb1", "waiting", { waits_for: "tb2", waited: 3.5 }), robot("tb2", "driving"), robot("tb3", "waiting", { waited: 90 })));
+  assert.deepEqual(["tb1", "tb2", "tb3"].map((id) => state.heldBy(id)), ["Waits for tb2, 3 s", "", "Waits, 1 min"]);
+  state.pause();
+  assert.equal(state.heldBy("tb1"), "");
+});
+
 test("goals are counted by their differences, in a minute and in an hour", () => {
   const state = new TrafficState();
   state.take(answer(0, 100));

@@ -1,0 +1,111 @@
+"""The dashboard by the rules of axe, in light and dark, on a desk and on a phone: nothing critical or serious."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.async_api import BrowserContext, Page, expect
+
+from tests.e2e.test_dashboard_zones import zones
+from tests.support.cloud.browser import PHONE, browsing, enter, looking
+from tests.support.endpoints.fleet import RobotSockets, serving_fleet
+from tests.support.endpoints.zones import ZonesOfMap
+
+pytestmark = pytest.mark.journey
+
+AXE = Path(__file__).parent / "axe" / "node_modules" / "axe-core" / "axe.min.js"
+GRAVE = ("critical", "serious")
+LOOKS = [
+    pytest.param({"viewport": size, "color_scheme": scheme}, id=f"{name}-{scheme}")
+    for name, size in (("desk", {"width": 1440, "height": 900}), ("phone", PHONE))
+    for scheme in ("light", "dark")
+]
+
+FAULTS = """async (grave) => (await axe.run()).violations
+    .filter(({ impact }) => grave.includes(impact))
+    .flatMap(({ id, nodes }) => nodes.map(({ target, any }) => `${id}: ${target} ${any[0]?.message ?? ""}`))"""
+
+
+@pytest.fixture(params=LOOKS)
+async def context(request: pytest.FixtureRequest) -> AsyncIterator[BrowserContext]:
+    """Return a browser of one size and colour scheme, which the page may not forbid to run axe."""
+    if not AXE.exists():
+        pytest.skip("no axe-core: run make setup with Node 20 and npm")
+    async with browsing() as browser:
+        fresh = await browser.new_context(**request.param)
+        await fresh.add_init_script(path=AXE)
+        yield fresh
+        await fresh.close()
+
+
+async def test_nothing_is_grave_at_the_login(context: BrowserContext) -> None:
+    async with serving_fleet(1) as (url, _, _), looking(context) as page:
+        await page.goto(f"{url}/dashboard/")
+        await expect(page.get_by_role("button", name="Log in")).to_be_visible()
+        await expect_no_fault(page, "login")
+
+
+async def test_nothing_is_grave_on_map_and_panels(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        await expect_no_fault(page, "map")
+        for panel in ("load", "layers", "robots"):
+            await open_panel(page, panel)
+            await expect_no_fault(page, panel)
+
+
+async def test_nothing_is_grave_on_cards_of_robots(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        for number, said in ((1, "There is no way"), (2, "No pose"), (4, "Not connected")):
+            await open_panel(page, "robots")
+            await page.locator("#robots .robot").nth(number).click()
+            await expect(page.locator("#robot-card .doing")).to_contain_text(said)
+            await page.locator("#robot-card summary", has_text="Drive to coordinates").click()
+            await expect_no_fault(page, f"card of {said}")
+
+
+async def test_nothing_is_grave_on_forms_of_zones(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        await open_panel(page, "robots")
+        for zone in await page.locator("#zones .robot").all():
+            await zone.click()
+            await expect(page.locator("#panel-robots .zone-form")).to_be_visible()
+            await expect_no_fault(page, "form of a zone")
+
+
+async def test_nothing_is_grave_in_the_table_of_robots(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        await page.get_by_role("button", name="Fleet").click()
+        await expect(page.locator("#fleet tbody tr")).to_have_count(5)
+        await expect_no_fault(page, "fleet")
+
+
+@asynccontextmanager
+async def showing(context: BrowserContext) -> AsyncIterator[Page]:
+    """Show a map with zones, and robots of which one fails, some are silent, and the last is not connected."""
+    sockets, drawn = RobotSockets(), zones({"name": "Dock", "kind": "keep_out"}, {"name": "Store", "kind": "no_stop"})
+    served = serving_fleet(5, lambda number: number < 4)
+    async with served as (url, token, _), sockets.beating(), looking(context) as page:
+        await sockets.answer(page)
+        await ZonesOfMap(drawn, ["Dock"]).answer(page)
+        await enter(page, url, token)
+        for name in ("tb0", "tb1"):
+            await expect(page.locator("#robots > li", has_text=name)).to_contain_text("No pose of it comes")
+            sockets.place(name, 3.0, 5.0)
+        sockets.status("tb1", 4, "There is no way to the goal")
+        yield page
+
+
+async def open_panel(page: Page, name: str) -> None:
+    """Open a panel; on a desk it is open."""
+    panel, tab = page.locator(f"#panel-{name}"), page.locator(f".tab[data-panel={name}]")
+    if not await panel.is_visible():
+        await tab.click()
+        await expect(panel).to_be_visible()
+
+
+async def expect_no_fault(page: Page, what: str) -> None:
+    """Run axe on a page, and fail if a fault is grave."""
+    found: list[Any] = await page.evaluate(FAULTS, list(GRAVE))
+    assert not found, f"{what}: {found}"
