@@ -46,6 +46,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
     )
+    _add_log(parser)
+
+
+def _add_log(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--log-level",
         default="info",
