@@ -29,7 +29,7 @@ def test_the_commands_back_up_and_restore(tmp_path: Path) -> None:
 def test_the_options_are_those_of_the_commands() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
     known: set[str] = set()
-    for command in (["backup", "create"], ["backup", "remove"], ["restore"], ["store", "check"]):
+    for command in (["backup", "create"], ["backup", "remove"], ["restore"], ["store", "check"], ["bench", "backup"]):
         printed = subprocess.run(
             [sys.executable, "-m", "robots.cli", *command, "--help"], capture_output=True, text=True, check=True
         )
