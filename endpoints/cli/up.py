@@ -5,7 +5,6 @@ import math
 from pathlib import Path
 
 from endpoints.cli import front_options
-from engine.protocols.address import parse_host_port
 from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput
@@ -155,6 +154,8 @@ def _add_metrics(parser: argparse.ArgumentParser) -> None:
 
 def metrics_address(text: str) -> tuple[str, int]:
     """Return the address for metrics: a port of 127.0.0.1, or ``host:port``; the type of an argument."""
+    from engine.protocols.address import parse_host_port  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     try:
         host, port = parse_host_port(text if ":" in text else f"127.0.0.1:{text}")
     except InvalidInput as error:

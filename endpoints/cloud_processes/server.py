@@ -249,25 +249,9 @@ async def _start(
     ports: Ports,
     spares: SpareProcesses,
 ) -> tuple[EndpointKeeper, CloudSnapshots]:
+    services = await _services(engine, arguments, stack)
     machine, tasks = asyncio.create_task(engine.start()), engine.cloud.task_runner(engine.store)
     try:
-        refused = RefusedTokenFile(arguments.data)
-        revoked = await asyncio.to_thread(refused.open)
-        logins, turns = LocalLogins(file=refused), LocalTurns()
-        logins.on_forget(partial(engine.cloud.announce, "user"))
-        engine.endpoints.serve_also(lambda: Extra(SharedLogins, logins))
-        engine.endpoints.serve_also(partial(_served_turns, turns))
-        services = Services(
-            engine.store, engine.map_store, Accounts(engine.store, logins=logins, turns=turns), engine.cloud,
-            usage=Usage(turns), disk=engine.reserve,
-            recordings=engine.recordings, keep_versions=engine.keep_versions,
-            audit=await stack.enter_async_context(cloud_audit(arguments.data)),
-        )  # fmt: skip
-        engine.endpoints.serve_also(lambda: Extra(DataFolderCalls, services.data_folder))
-        stack.callback(services.accounts.close)
-        await services.accounts.refuse(revoked)
-        engine.cloud.news.listen(Caches(services).hear)
-        engine.cloud.fact_sources.add(RobotFacts(services).here)
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()
         configs = endpoint_configs(arguments, engine, ports)
@@ -282,6 +266,28 @@ async def _start(
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return keeper, CloudSnapshots(services, engine.cloud, tasks)
+
+
+async def _services(engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> Services:
+    """Return the services, served to endpoints too: those of joined machines call them once the engine starts."""
+    refused = RefusedTokenFile(arguments.data)
+    revoked = await asyncio.to_thread(refused.open)
+    logins, turns = LocalLogins(file=refused), LocalTurns()
+    logins.on_forget(partial(engine.cloud.announce, "user"))
+    engine.endpoints.serve_also(lambda: Extra(SharedLogins, logins))
+    engine.endpoints.serve_also(partial(_served_turns, turns))
+    services = Services(
+        engine.store, engine.map_store, Accounts(engine.store, logins=logins, turns=turns), engine.cloud,
+        usage=Usage(turns), disk=engine.reserve,
+        recordings=engine.recordings, keep_versions=engine.keep_versions,
+        audit=await stack.enter_async_context(cloud_audit(arguments.data)),
+    )  # fmt: skip
+    engine.endpoints.serve_also(lambda: Extra(DataFolderCalls, services.data_folder))
+    stack.callback(services.accounts.close)
+    await services.accounts.refuse(revoked)
+    engine.cloud.news.listen(Caches(services).hear)
+    engine.cloud.fact_sources.add(RobotFacts(services).here)
+    return services
 
 
 def _check_metrics_installed() -> None:
