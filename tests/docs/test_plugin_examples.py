@@ -258,25 +258,3 @@ def test_a_cloud_refuses_what_is_not_allowed_and_names_the_option(
 def test_the_rule_of_the_page_is_the_example() -> None:
     [quoted] = [block for block in blocks("docs/people.md", "python") if "class Newest" in block]
     assert quoted.strip() in (EXAMPLES / "newest_rule" / "newest_rule.py").read_text()
-
-
-SCRIPTS = ("people_robot", "plot_recording", "rapyuta_check", "roslibpy_operator", "send_goal")
-
-
-def stopped(name: str, *arguments: str) -> str:
-    """Run an example that cannot do its work, and return what it says."""
-    command = [sys.executable, str(ROOT / "docs" / "examples" / f"{name}.py"), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 1
-    return done.stderr
-
-
-@pytest.mark.parametrize("name", SCRIPTS)
-def test_an_example_without_arguments_prints_how_it_is_called(name: str) -> None:
-    text = stopped(name)
-    assert "Traceback" not in text
-    assert f"{name}.py" in text
-
-
-def test_a_recording_that_is_missing_is_named() -> None:
-    assert stopped("plot_recording", "/nowhere.mcap", "x.png").startswith("there is no file /nowhere.mcap")
