@@ -3,7 +3,6 @@
 import argparse
 import itertools
 import json
-import os
 import signal
 import sys
 import time
@@ -12,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from endpoints.store_options import add_stores, settle_stores, store_urls
 from ppaas.bounded import whole
 from ppaas.clock import monotonic
 from ppaas.distribution import check_versions
@@ -69,30 +69,6 @@ def add_place(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_stores(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that name the stores of a cloud, as ``ppaas up`` has them."""
-    parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
-    parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
-    parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")
-    for option, variable in (("--store-file", "PPAAS_STORE"), ("--map-store-file", "PPAAS_MAP_STORE")):
-        parser.add_argument(
-            option,
-            type=Path,
-            metavar="FILE",
-            help=f"file with that URL, to keep a password out of the arguments; or give it in the variable {variable}",
-        )
-
-
-def urls_of(arguments: argparse.Namespace) -> tuple[str, str]:
-    """Return the URLs of the stores that the arguments name."""
-    from storage.urls.passwords import chosen_url  # noqa: PLC0415
-
-    given, data = arguments, arguments.data.resolve()
-    store = chosen_url("--store", given.store, given.store_file, "PPAAS_STORE", os.environ)
-    map_store = chosen_url("--map-store", given.map_store, given.map_store_file, "PPAAS_MAP_STORE", os.environ)
-    return store or f"sqlite:///{data / 'ppaas.sqlite'}", map_store or f"file:///{data / 'maps'}"
-
-
 def opened(arguments: argparse.Namespace, *, create: bool = False) -> "Repository":
     """Open the repository that the arguments name."""
     check_versions("backup")
@@ -110,8 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
         case "create":
             return _create(arguments)
         case "list":
-            repository = opened(arguments)
-            _show([row_of(repository.manifest(each)) for each in repository.ids()], as_json=arguments.json)
+            _show(map(row_of, opened(arguments).manifests()), as_json=arguments.json)
             return 0
         case "check":
             return _check(arguments)
@@ -127,7 +102,8 @@ def _hours(text: str) -> float:
 
 
 def _create(arguments: argparse.Namespace) -> int:
-    urls = urls_of(arguments)
+    settle_stores(arguments)
+    urls = store_urls(arguments)
     if arguments.every is None:
         return _create_one(arguments, urls)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # the lock is given back

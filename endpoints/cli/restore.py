@@ -7,6 +7,7 @@ from typing import Any
 
 from endpoints.cli import backup
 from endpoints.cli.store import progress, row_of, show
+from endpoints.store_options import add_stores, settle_stores, store_urls
 
 NAME = "restore"
 HELP = "restore a backup into stores of any kind, and compare"
@@ -21,7 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     backup.add_place(parser)
     parser.add_argument("--backup", default="latest", metavar="ID", help="id of the backup (%(default)s)")
-    backup.add_stores(parser)
+    add_stores(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace records that differ")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
@@ -36,9 +37,10 @@ def run(arguments: argparse.Namespace) -> int:
     from storage.migration.store_records import KINDS  # noqa: PLC0415
 
     repository = backup.opened(arguments)
+    settle_stores(arguments)
     archive = Archive(repository, repository.manifest(arguments.backup))
     left_out: list[LeftOut] = []
-    with targets(*backup.urls_of(arguments)) as (store, map_store), progress(shown=not arguments.json) as shown:
+    with targets(*store_urls(arguments)) as (store, map_store), progress(shown=not arguments.json) as shown:
         kinds: list[tuple[Any, Any]] = [(kind, store) for kind in kinds_of(archive, KINDS, left_out)]
         kinds += [(kind, map_store) for kind in kinds_of(archive, MAP_KINDS, left_out)]
         copied = [

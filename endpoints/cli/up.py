@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 from endpoints.cli import front_options
+from endpoints.store_options import add_stores
 from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput
@@ -19,8 +20,7 @@ QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute", "stored_b
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     front_options.add(parser)
-    parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
-    _add_stores(parser)
+    add_stores(parser)
     _add_versions(parser)
     _add_other_protocols(parser)
     _add_machines(parser)
@@ -51,18 +51,6 @@ def _add_other_protocols(parser: argparse.ArgumentParser) -> None:
         metavar="PORT",
         help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
     )
-
-
-def _add_stores(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
-    parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")
-    for option, variable in (("--store-file", "PPAAS_STORE"), ("--map-store-file", "PPAAS_MAP_STORE")):
-        parser.add_argument(
-            option,
-            type=Path,
-            metavar="FILE",
-            help=f"file with that URL, to keep a password out of the arguments; or give it in the variable {variable}",
-        )
 
 
 def _add_versions(parser: argparse.ArgumentParser) -> None:

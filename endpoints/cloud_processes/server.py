@@ -32,6 +32,7 @@ from endpoints.listeners import url_of
 from endpoints.metrics.snapshot import CloudSnapshots
 from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
+from endpoints.store_options import settle_stores, store_urls
 from engine.bootstrap import CloudConfig, Engine
 from engine.control.master_calls.server import Extra
 from engine.local.kept_process import SpareProcesses
@@ -50,7 +51,6 @@ from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.disk_space import RefusedTokenFile
 from storage.urls.opening import local_path
-from storage.urls.passwords import chosen_url
 
 if TYPE_CHECKING:
     from endpoints.metrics.collector import CloudCollector
@@ -140,29 +140,16 @@ def _owned(arguments: argparse.Namespace) -> Iterator[tuple[Path, str, str]]:
         yield store.with_name(f"{store.name}.{LOCK}"), f"the store {store}", advice
 
 
-def settle_stores(arguments: argparse.Namespace) -> None:
-    """Take the URLs of the stores from arguments, files or the environment, with their passwords.
-
-    Raises
-    ------
-    InvalidInput
-        A file cannot be read.
-    """
-    given = arguments
-    given.store = chosen_url("--store", given.store, given.store_file, "PPAAS_STORE", os.environ)
-    given.map_store = chosen_url("--map-store", given.map_store, given.map_store_file, "PPAAS_MAP_STORE", os.environ)
-
-
 def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
     """Return the configuration of the cloud from the command line."""
-    data = arguments.data.resolve()
+    data, (store, map_store) = arguments.data.resolve(), store_urls(arguments)
     on_ray = arguments.runtime == RAY
     for option in ("ray_address", "ray_endpoints"):
         if getattr(arguments, option) and not on_ray:
             raise InvalidInput(f"--{option.replace('_', '-')} needs --runtime ray")
     return CloudConfig(
-        store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
-        map_store=arguments.map_store or f"file:///{data / 'maps'}",
+        store=store,
+        map_store=map_store,
         outbox=str(data / "outbox.sqlite"),
         reserve=str(data),
         recordings=str(data / RECORDINGS),

@@ -148,6 +148,10 @@ class Repository:
         """Return the ids of all backups, oldest first."""
         return sorted(meta["path"].rpartition("/")[2] for meta in self._list(MANIFESTS))
 
+    def manifests(self) -> Iterator[BackupManifest]:
+        """Yield the manifests of all backups, oldest first; errors are the same as for ``manifest``."""
+        return map(self._manifest, self.ids())
+
     def manifest(self, backup_id: str) -> BackupManifest:
         """Return the manifest of a backup, or of the newest one for ``latest``.
 
@@ -165,6 +169,9 @@ class Repository:
             backup_id = ids[-1]
         if backup_id not in ids:
             raise NotFound("backup", backup_id, ids)
+        return self._manifest(backup_id)
+
+    def _manifest(self, backup_id: str) -> BackupManifest:
         data = self._sealing.open(backup_id, self._get(f"{MANIFESTS}/{backup_id}"))
         try:
             written = from_msgpack(data, _Format)
@@ -182,12 +189,12 @@ class Repository:
         with self._errors():
             for backup_id in backup_ids:
                 obstore.delete(self._store, f"{MANIFESTS}/{backup_id}")
-        needed = set().union(*(self.manifest(each).blocks() for each in self.ids()))
-        unused = [meta["path"] for meta in self._list(BLOCKS) if meta["path"].rpartition("/")[2] not in needed]
+        unused = self._known.difference(*(manifest.blocks() for manifest in self.manifests()))
+        paths = sorted(map(block_path, unused))
         with self._errors():
-            for first in range(0, len(unused), 1000):
-                obstore.delete(self._store, unused[first : first + 1000])
-        self._known.intersection_update(needed)
+            for first in range(0, len(paths), 1000):
+                obstore.delete(self._store, paths[first : first + 1000])
+        self._known -= unused
         return len(unused)
 
     # -- lock ------------------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from storage.migration.map_records import MAP_KINDS, MapHistory
 from storage.migration.store_records import KINDS, LISTED, LOG_PAGE
 from storage.ports import MapStore, Store
 from storage.records import CloneCheckpoint, PlanRecord
+from storage.staged_uploads import Buffer
 
 BLOCK = 1 << 20
 """Bytes of records from which a block is written."""
@@ -91,7 +92,7 @@ class BackupWriter:
         self._logs: list[CloneLog] = []
         self._versions: Versions = {}
         self._size = 0
-        self._earlier = self._newest()
+        self._earlier = repository.manifest("latest") if repository.ids() else None
 
     def steps(self) -> Iterator[WrittenBackup]:
         """Write everything; yield the progress after each page, and set ``manifest``.
@@ -116,10 +117,6 @@ class BackupWriter:
             self._versions, self._epochs(), self._repository.added, self._size,
         )  # fmt: skip
         self._repository.add(self.manifest)
-
-    def _newest(self) -> BackupManifest | None:
-        ids = self._repository.ids()
-        return self._repository.manifest(ids[-1]) if ids else None
 
     def _epochs(self) -> dict[str, int]:
         if self._sources.store is None:
@@ -243,15 +240,17 @@ class BackupWriter:
             self._versions[version] = self._earlier.versions[version]
             return
         with store.open_map(map_id, version) as opened:
-            parts = {}
-            for part, buffer in opened.buffers.items():
-                names = []
-                with memoryview(buffer) as view:
-                    for first in range(0, len(view), CHUNK):
-                        self._renew()
-                        names.append(self._put(view[first : first + CHUNK]))
-                    parts[part] = StoredPart(hashlib.sha256(view).hexdigest(), len(view), tuple(names))
-            self._versions[version] = parts
+            files = opened.record.present.files
+            self._versions[version] = {
+                part: StoredPart(files[part].sha256, files[part].size, tuple(self._chunks(buffer)))
+                for part, buffer in opened.buffers.items()
+            }
+
+    def _chunks(self, buffer: Buffer) -> Iterator[str]:
+        with memoryview(buffer) as view:
+            for first in range(0, len(view), CHUNK):
+                self._renew()
+                yield self._put(view[first : first + CHUNK])
 
 
 class _Blocks:

@@ -8,7 +8,8 @@ import pytest
 
 from endpoints.cli import machine_join, up
 from endpoints.cli.settings_tree import TABLES, settled
-from endpoints.cloud_processes.server import cloud_config, settle_stores
+from endpoints.cloud_processes.server import cloud_config
+from endpoints.store_options import settle_stores
 from engine.master.quotas import Quota
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
