@@ -1,4 +1,4 @@
-"""Processes of a cloud and its machines, recognized by their folder for temporary files, and what they leave behind."""
+"""Finds the processes of a cloud and its machines by their folder for temporary files, and what they leave behind."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -76,7 +76,7 @@ def _baseline(problem: FleetProblem, name: str) -> Figure:
     spent = time.process_time() - began
     reached = np.isfinite(found)
     if not np.array_equal(found[reached], problem.distances[: len(goals)][reached]):
-        raise InvalidInput("the distances are not those of scipy")
+        raise InvalidInput("the distances differ from scipy's")
     note = "scipy.sparse.csgraph.dijkstra"
     return Figure(
         ONE_SHOT, f"{name}: distances from a goal", round(1e3 * spent / len(goals), 3), "ms", yardstick=True, note=note

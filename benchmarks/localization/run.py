@@ -256,7 +256,7 @@ def measure(jobs: Sequence[LocalizationJob], processes: int, done: Callable[[], 
 
 
 def summary(results: Sequence[LocalizationResult]) -> dict[str, Any]:
-    """Return the summary of all runs; errors are those of runs that were not lost, and null if all were."""
+    """Return the summary of all runs; its errors leave out lost runs, and are null if all runs were lost."""
     held = [result for result in results if not result.lost]
     ways = [result.found for result in results]
     found = [way for way in ways if way is not None]

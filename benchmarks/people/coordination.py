@@ -155,7 +155,7 @@ def measure_faults(options: PeopleOptions, done: Callable[[], None]) -> PartResu
     Parameters
     ----------
     options : PeopleOptions
-        The map, the detections and the size of images are those of its first job.
+        Its first job sets the map, the detections and the size of images.
     done : callable
         Called after each run.
     """

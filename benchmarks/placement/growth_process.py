@@ -47,7 +47,7 @@ from ppaas import __version__
 from ppaas.errors import Unavailable
 
 SECRET = "0" * 32
-"""Secret of each machine and container: as long as those of a cloud."""
+"""Secret of each machine and container; it has the length of a real one."""
 
 LENGTH = struct.Struct("!I")
 """Length before each registration in the file [bytes]."""
@@ -74,7 +74,7 @@ def _registrations(file: Path) -> Iterator[bytes]:
 def adopt(file: Path) -> Iterator[TimedMaster]:
     """Let machines register with a new master; yield it after each of them, and once more when its log is turned over.
 
-    Its log then holds events of robots, as that of a master does that has led for a moment.
+    By then its log holds events of robots, like the log of any master that has led for a moment.
     """
     timed, decoder = new_master(), msgspec.msgpack.Decoder(control_link.Register)
     for frame in _registrations(file):

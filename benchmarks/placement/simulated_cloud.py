@@ -97,7 +97,7 @@ class TimedMaster:
 
 @contextlib.contextmanager
 def timed_collections() -> Iterator[Cost]:
-    """Yield the CPU time of the garbage collections within the block, which is part of that of the events."""
+    """Yield the CPU time of garbage collections in the block; the time of the events includes it."""
     cost, began = Cost(), 0.0
 
     def note(phase: str, _: dict[str, int]) -> None:

@@ -106,7 +106,7 @@ ROUNDS, SECONDS, QUICK_SECONDS = 5, 4.0, 1.0
 """Number of loads on each program in turn, and the duration of each [s]."""
 
 RATIO_LIMIT = 2.5
-"""Largest acceptable CPU time beside that of the bare program."""
+"""Largest acceptable ratio of the CPU time to the bare program's."""
 
 
 async def measure_cpu(site: EngineSite, progress: Progress, quick: bool) -> list[Figure]:

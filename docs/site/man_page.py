@@ -20,7 +20,7 @@ ENVIRONMENT = {
     "PPAAS_TOKEN": "token from ppaas login, where --token is not given",
     "SSL_CERT_FILE": "certificates in PEM to trust for https, where --ca-file is not given",
 }
-"""Variables that every command of a cloud reads, and what they mean."""
+"""Environment variables that all commands for a cloud read, with their meanings."""
 
 STATUS = {
     "0": "done",

@@ -1,4 +1,4 @@
-"""Password hashing with argon2id in a bounded thread pool, and passwords of robots that log in as those of Rapyuta do.
+"""Password hashing with argon2id in a bounded thread pool, and the passwords of Rapyuta robots.
 
 A hash takes tens of milliseconds of a core and 64 MiB by design. A few threads compute hashes, and a limited number of
 requests waits for them in a fair queue: a flood of logins blocks neither memory, nor event loop, nor other users.

@@ -256,7 +256,7 @@ async def _start(
 
 
 async def _services(engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> Services:
-    """Return the services, served to endpoints too: those of joined machines call them once the engine starts."""
+    """Return the services. Endpoints are served too: on joined machines they call as soon as the engine starts."""
     refused = RefusedTokenFile(arguments.data)
     revoked = await asyncio.to_thread(refused.open)
     logins, turns = LocalLogins(file=refused), LocalTurns()
