@@ -6,9 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from endpoints import store_options
 from endpoints.accounts.tokens import TokenCache
 from endpoints.cli import store as command
-from endpoints.cloud_processes import server
 from endpoints.resources.services import MapHeadCache
 from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
@@ -38,7 +38,7 @@ def test_the_stores_are_those_of_the_code() -> None:
 
 
 def test_the_commands_move_both_stores(tmp_path: Path) -> None:
-    assert "ppaas.sqlite" in Path(server.__file__).read_text(encoding="utf-8")
+    assert "ppaas.sqlite" in Path(store_options.__file__).read_text(encoding="utf-8")
     store = open_store(f"sqlite://{tmp_path / 'var' / 'ppaas.sqlite'}")
     fill(store, plans=5, robots=3)
     store.close()
