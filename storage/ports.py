@@ -31,6 +31,7 @@ from storage.records import (
     User,
 )
 from storage.sharing_records import Share
+from storage.webhooks.records import WebhookStore
 
 __all__ = [
     "CloneStore",
@@ -43,6 +44,7 @@ __all__ = [
     "Store",
     "TaskStore",
     "UserStore",
+    "WebhookStore",
 ]
 
 
@@ -70,7 +72,7 @@ class UserStore(Protocol):
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, URDFs, checkpoints, tasks, and settings and counts of people.
+        """Remove a user with all tokens, robots, URDFs, checkpoints, tasks, webhooks, settings and counts of people.
 
         The removal is atomic: a later user of the same id never sees data of the former one.
         """
@@ -349,7 +351,18 @@ class LeaseStore(Protocol):
         ...
 
 
-class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, TaskStore, LeaseStore, Protocol):
+class Store(
+    UserStore,
+    RobotStore,
+    PlanStore,
+    HistoryStore,
+    CloneStore,
+    PeopleStore,
+    TaskStore,
+    WebhookStore,
+    LeaseStore,
+    Protocol,
+):
     """A store of everything but maps: many small records."""
 
     def close(self) -> None:

@@ -34,6 +34,7 @@ from storage.staged_uploads import Buffer, mapped
 from storage.store_errors import damaged
 from storage.temporary import temporary_folder
 from storage.versions import PARTS
+from storage.webhooks.records import Webhook, WebhookDelivery
 
 RECORDS: dict[str, Any] = {
     "users": User,
@@ -44,6 +45,8 @@ RECORDS: dict[str, Any] = {
     "people": MapPeople,
     "counts": PeopleCount,
     "tasks": MapTask,
+    "webhooks": Webhook,
+    "deliveries": WebhookDelivery,
     "plans": PlanRecord,
     "history": PlannerHistory,
     "links": LinkHistory,

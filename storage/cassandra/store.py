@@ -14,9 +14,11 @@ from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
 from storage.cassandra.tasks import CassandraTasks
+from storage.cassandra.webhooks import CassandraWebhooks
 from storage.names import check_name
 from storage.people import MapPeople
 from storage.records import CloneCheckpoint, Lease, MapTask, PlanStatistics, RobotRecord, Token, User, check_lease
+from storage.webhooks.records import Webhook, WebhookDelivery
 
 # Leases are read and written by lightweight transactions over all data centres.
 
@@ -53,6 +55,8 @@ _RECORDS: dict[str, tuple[type[msgspec.Struct], tuple[str, ...]]] = {
     "clones": (CloneCheckpoint, ("user", "robot")),
     "people": (MapPeople, ("map", "user")),
     "tasks": (MapTask, ("user", "map", "id")),
+    "webhooks": (Webhook, ("user", "id")),
+    "webhook_deliveries": (WebhookDelivery, ("user", "hook", "id")),
     "history": (PlannerHistory, ("map", "version", "planner", "bucket")),
     "links": (LinkHistory, ("link",)),
     "plan_sums": (PlanStatistics, ("map", "writer")),
@@ -66,6 +70,7 @@ class CassandraStore(
     CassandraHistory,
     CassandraPeople,
     CassandraTasks,
+    CassandraWebhooks,
     CassandraLeases,
     CassandraSweep,
 ):
@@ -110,3 +115,4 @@ class CassandraStore(
         self._sweep_robots(user_id, generation)
         self._sweep_people(user_id, generation)
         self._sweep_tasks(user_id, generation)
+        self._sweep_webhooks(user_id, generation)

@@ -10,6 +10,7 @@ from storage.history_checks import check_history, check_link
 from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.memory.tasks import MemoryTasks
+from storage.memory.webhooks import MemoryWebhooks
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, Lease, RobotRecord, Token, User, check_lease
 from storage.robot_shares import RobotShares
@@ -85,7 +86,7 @@ class MemoryHistory:
             return [self._links[name] for name in sorted(self._links)]
 
 
-class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryLeases, RobotShares):
+class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryWebhooks, MemoryLeases, RobotShares):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -96,6 +97,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryL
         MemoryHistory.__init__(self)
         MemoryPeople.__init__(self)
         MemoryTasks.__init__(self)
+        MemoryWebhooks.__init__(self)
         MemoryLeases.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
@@ -155,6 +157,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryL
             self._logs = {key: logs for key, logs in self._logs.items() if key[0] != user_id}
             self._forget_people(lambda key: key[0] == user_id)
             self._forget_tasks(lambda group: group[0] == user_id)
+            self._forget_webhooks(user_id)
 
     def add_token(self, token: Token) -> None:
         """Store a token; ``NotFound`` if its user does not exist."""

@@ -1,4 +1,4 @@
-"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, tasks, plans, history.
+"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, tasks, webhooks, plans.
 
 Records that belong to no user, such as a checkpoint written after its robot was removed, cannot be reached by any
 request and are not copied.
@@ -18,6 +18,7 @@ from storage.names import Group
 from storage.people import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange, MapTask, PlanRecord, RobotRecord, Token
+from storage.webhooks.records import WebhookDelivery
 
 LOG_PAGE = 16
 """Entries of the log of a clone that are copied at once."""
@@ -157,6 +158,18 @@ def _task_keys(store: Store) -> Iterator[list[Key]]:
     return ([record.key for record in page] for group in store.task_groups() for page in of(group))
 
 
+def _webhook_keys(store: Store) -> Iterator[list[Key]]:
+    return ([hook.key for hook in store.webhooks(user)] for user in store.webhook_users())
+
+
+def _delivery_keys(store: Store) -> Iterator[list[Key]]:
+    def of(hook: Key) -> Iterator[list[WebhookDelivery]]:
+        return by_pages(lambda after: store.deliveries(*hook, after=after, limit=PAGE), "", lambda record: record.id)
+
+    hooks = chain.from_iterable(_webhook_keys(store))
+    return ([record.key for record in page] for hook in hooks for page in of(hook))
+
+
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
     def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
         for record in records:
@@ -252,6 +265,20 @@ KINDS: tuple[StoredKind[Store], ...] = (
         each(lambda store, key: store.task(*key)),
         _each(lambda target, task: target.put_task(task)),
         lambda _source, target, task, before: target.put_task(task, instead_of=before),
+    ),
+    StoredKind(
+        "webhooks",
+        _webhook_keys,
+        each(lambda store, key: store.webhook(*key)),
+        _each(lambda target, hook: target.put_webhook(hook)),
+        lambda _source, target, hook, before: target.put_webhook(hook, instead_of=before),
+    ),
+    StoredKind(
+        "deliveries",
+        _delivery_keys,
+        each(lambda store, key: store.delivery(*key)),
+        _each(lambda target, delivery: target.put_delivery(delivery)),
+        lambda _source, target, delivery, _before: target.put_delivery(delivery),
     ),
     StoredKind(
         "plans",

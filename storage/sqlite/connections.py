@@ -88,6 +88,12 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
            record BLOB NOT NULL, PRIMARY KEY (user, map, id)) STRICT""",
     ),
     (add_plan_checksums,),
+    (
+        """CREATE TABLE IF NOT EXISTS webhooks (user TEXT NOT NULL, id TEXT NOT NULL, record BLOB NOT NULL,
+           PRIMARY KEY (user, id)) STRICT""",
+        """CREATE TABLE IF NOT EXISTS webhook_deliveries (user TEXT NOT NULL, hook TEXT NOT NULL, id TEXT NOT NULL,
+           record BLOB NOT NULL, PRIMARY KEY (user, hook, id)) STRICT""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

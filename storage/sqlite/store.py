@@ -26,6 +26,8 @@ from storage.sqlite.history import SqliteHistory
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 from storage.sqlite.tasks import SqliteTasks
+from storage.sqlite.webhooks import SqliteWebhooks
+from storage.webhooks.records import Webhook, WebhookDelivery
 
 # Leases, for candidates on one host.
 
@@ -70,7 +72,10 @@ def _values(lease: Lease) -> tuple[str, int, int]:
     return lease.holder, lease.epoch, lease.beat
 
 
-_OF_USER = ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts", "tasks")
+_OF_USER = (
+    *("robots", "robot_shares", "urdfs", "clones", "clone_logs"),
+    *("people", "people_counts", "tasks", "webhooks", "webhook_deliveries"),
+)
 """Tables of what belongs to a user, beside the tokens."""
 
 _RECORDS: dict[str, tuple[type[msgspec.Struct], str]] = {
@@ -80,6 +85,8 @@ _RECORDS: dict[str, tuple[type[msgspec.Struct], str]] = {
     "clones": (CloneCheckpoint, "user || '/' || robot"),
     "people": (MapPeople, "map || '/' || user"),
     "tasks": (MapTask, "user || '/' || map || '/' || id"),
+    "webhooks": (Webhook, "user || '/' || id"),
+    "webhook_deliveries": (WebhookDelivery, "user || '/' || hook || '/' || id"),
     "links": (LinkHistory, "link"),
 }
 """Tables of records, with the kind and the key of each."""
@@ -90,7 +97,7 @@ _ROBOT = "'robots/' || robots.user || '/' || id"
 _NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
 
-class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteLeases, RobotShares):
+class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteWebhooks, SqliteLeases, RobotShares):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -114,6 +121,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
         SqliteHistory.__init__(self, self._connections)
         SqlitePeople.__init__(self, self._connections)
         SqliteTasks.__init__(self, self._connections)
+        SqliteWebhooks.__init__(self, self._connections)
         SqliteLeases.__init__(self, self._connections)
 
     def close(self) -> None:

@@ -21,6 +21,7 @@ from storage.ports import MapStore
 from storage.records import MapRecord, MapTask, MapVersionRecord, Publication
 from storage.sharing_records import Share
 from storage.sqlite.store import SqliteStore
+from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.reference.plans.map_store import PlainMaps
 from tests.support.budget import examples
 from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
@@ -165,6 +166,32 @@ class StoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.task(owner, map_id, name))
         self.same(lambda store: store.tasks(owner, map_id, after=name, limit=limit))
         self.same(lambda store: store.task_groups())
+
+    @rule(name=names, owner=names, url=shades, first=st.booleans())
+    def put_webhook(self, name: str, owner: str, url: int, first: bool) -> None:
+        hook = Webhook(user=owner, id=name, url="0", events=("*",))
+        before = None if first else hook
+        self.same(lambda store: store.put_webhook(replace(hook, url=str(url)), instead_of=before))
+
+    @rule(name=names, owner=names)
+    def remove_webhook(self, name: str, owner: str) -> None:
+        self.same(lambda store: store.remove_webhook(owner, name))
+
+    @rule(name=names, owner=names, hook=names, attempts=shades, removed=st.booleans())
+    def change_delivery(self, name: str, owner: str, hook: str, attempts: int, removed: bool) -> None:
+        record = WebhookDelivery(user=owner, hook=hook, id=name, event="e", body=b"{}", created=0.0, attempts=attempts)
+        if removed:
+            self.same(lambda store: store.remove_delivery(owner, hook, name))
+        else:
+            self.same(lambda store: store.put_delivery(record))
+
+    @rule(name=names, owner=names, hook=names, limit=st.none() | st.integers(0, 3))
+    def look_for_webhooks(self, name: str, owner: str, hook: str, limit: int | None) -> None:
+        self.same(lambda store: store.webhook(owner, hook))
+        self.same(lambda store: store.webhooks(owner, after=name, limit=limit))
+        self.same(lambda store: store.webhook_users())
+        self.same(lambda store: store.delivery(owner, hook, name))
+        self.same(lambda store: store.deliveries(owner, hook, after=name, limit=limit))
 
     @rule(name=names, owner=names, after=st.tuples(hours, zones), limit=st.none() | st.integers(0, 3))
     def count(self, name: str, owner: str, after: tuple[int, str], limit: int | None) -> None:

@@ -77,6 +77,9 @@ _TABLES = {
                           PRIMARY KEY ((scope, x, y), created, id)) WITH CLUSTERING ORDER BY (created DESC, id ASC""",
     "tasks": """map text, user text, generation int, id text, record blob,
                 PRIMARY KEY (map, user, generation, id)""",
+    "webhooks": "user text, generation int, id text, record blob, PRIMARY KEY (user, generation, id)",
+    "webhook_deliveries": """user text, hook text, generation int, id text, record blob,
+                             PRIMARY KEY ((user, hook), generation, id)""",
     "leases": "name text PRIMARY KEY, holder text, epoch bigint, beat bigint",
     "links": "shard tinyint, link text, record blob, PRIMARY KEY (shard, link)",
 }

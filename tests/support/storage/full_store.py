@@ -11,10 +11,25 @@ from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import MapTask, PlanRecord, Publication
+from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
 
 USERS = ("ann", "bob", "carl")
-KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "people", "counts", "tasks", "plans", "history", "links")
+KINDS = (
+    "users",
+    "tokens",
+    "robots",
+    "URDFs",
+    "checkpoints",
+    "people",
+    "counts",
+    "tasks",
+    "webhooks",
+    "deliveries",
+    "plans",
+    "history",
+    "links",
+)
 
 ZONE = CountingZone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 ZONES = ("", "door")
@@ -55,6 +70,11 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     for number in range(70):
         task = Task(id=f"k{number}", kind="go_to", places=((1.0, 2.0, 0.5),), labels={"lift": "yes"}, reason="é")
         store.put_task(MapTask("bob" if number == 0 else "ann", "m0", task))
+    for name in ("wh-1", "wh-2"):
+        store.put_webhook(Webhook(user="ann", id=name, url="https://a.b/é", events=("goal.*",), secret=b"\x00\xff"))
+    for number in range(70):
+        made = WebhookDelivery(user="ann", hook="wh-2", id=f"d{number}", event="goal.reached", body=b"{}", created=1.5)
+        store.put_delivery(made)
     store.put_link(LinkHistory("robot-link", 0.02, 1e6, 5, 7.0))
 
 

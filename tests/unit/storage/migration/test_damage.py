@@ -52,12 +52,26 @@ def flip(connection: sqlite3.Connection, table: str, column: str, at: int) -> No
 def test_nothing_is_damaged_in_a_whole_store(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         found = {one.kind: (one.records, one.damaged) for one in read_store(store)}
-    assert {"users", "tokens", "robots", "clones", "people", "tasks", "links", "plans", "file"} <= found.keys()
+    assert {
+        "users",
+        "tokens",
+        "robots",
+        "clones",
+        "people",
+        "tasks",
+        "webhooks",
+        "webhook_deliveries",
+        "links",
+        "plans",
+        "file",
+    } <= found.keys()
     assert all(records and not damaged for records, damaged in found.values()), found
     assert found["plans"][0] == 7
 
 
-@pytest.mark.parametrize("table", ["users", "tokens", "robots", "clones", "people", "tasks", "links"])
+@pytest.mark.parametrize(
+    "table", ["users", "tokens", "robots", "clones", "people", "tasks", "webhooks", "webhook_deliveries", "links"]
+)
 @pytest.mark.parametrize("at", [0, 12, -1])
 def test_a_damaged_record_is_named_alone(file: Path, changed: sqlite3.Connection, table: str, at: int) -> None:
     flip(changed, table, "record", at)

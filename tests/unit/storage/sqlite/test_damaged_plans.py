@@ -12,6 +12,7 @@ from ppaas.errors import NotFound, Unavailable
 from storage.migration.damage import damaged_of, read_store
 from storage.plan_query import PlanStoreQuery
 from storage.sqlite.connections import MIGRATIONS
+from storage.sqlite.plan_schema import add_plan_checksums
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import plan
 from tests.unit.storage.sqlite.test_plans import path
@@ -92,7 +93,7 @@ def test_all_plans_of_a_map_are_removed_although_one_is_damaged(file: sqlite3.Co
 
 def test_plans_of_a_release_without_checksums_are_read(file: sqlite3.Connection, tmp_path: Path) -> None:
     file.execute("ALTER TABLE plans DROP COLUMN crc")
-    file.execute(f"PRAGMA user_version = {len(MIGRATIONS) - 1}")
+    file.execute(f"PRAGMA user_version = {MIGRATIONS.index((add_plan_checksums,))}")
     damage(file, "body", 0, 0x0F)
     with closing(SqliteStore(tmp_path / "store.sqlite")) as store:
         assert store.plan("a") == record(0)

@@ -1,0 +1,1 @@
+"""Webhooks of users, and the deliveries that wait or could not be made."""
