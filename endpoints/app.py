@@ -15,7 +15,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.http.problems import add_problem_handlers
 from endpoints.resources.services import Services
 from endpoints.rest import tasks, traffic
-from endpoints.rest.cluster import audit, containers, endpoints, health, machines
+from endpoints.rest.cluster import audit, containers, endpoints, health, machines, retention
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, map_zones, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, add_viewer, describe, operation_id
@@ -40,6 +40,7 @@ from endpoints.rest.robots import (
     robots,
 )
 from endpoints.rest.users import groups, tokens, users
+from endpoints.rest.webhooks import webhook_deliveries, webhooks
 from ppaas import __version__
 
 PREFIX = "/v1"
@@ -88,6 +89,9 @@ RESOURCES = (
     containers,
     health,
     audit,
+    retention,
+    webhooks,
+    webhook_deliveries,
 )
 
 _service = APIRouter(responses=EVERYWHERE, generate_unique_id_function=operation_id)

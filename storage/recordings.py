@@ -134,6 +134,24 @@ class RecordingsFolder:
         """Remove all recordings of a user."""
         self._remove(self.path / check_name("user", user))
 
+    def expire(self, before: float, *, dry_run: bool = False) -> int:
+        """Remove the recordings and segments that were written last before a time [s since the epoch].
+
+        Returns
+        -------
+        int
+            Their number. With ``dry_run`` nothing is removed.
+        """
+        removed = 0
+        for path in sorted(self.path.rglob("*")):
+            stored = _stored(path) if path.suffix in (FINISHED, PARTIAL) and path.is_file() else None
+            if stored is not None and stored.changed < before:
+                removed += 1
+                if not dry_run:
+                    with disk_errors(path):
+                        path.unlink(missing_ok=True)
+        return removed
+
     @staticmethod
     def _remove(folder: Path) -> None:
         if folder.exists():

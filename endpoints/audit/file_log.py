@@ -185,6 +185,19 @@ class FileAuditLog:
         except OSError as error:
             raise Unavailable(f"the audit log cannot be read: {error}") from error
 
+    def expire(self, before: float, *, dry_run: bool = False) -> int:
+        """Remove the events before a time [s since the epoch]; see ``AuditFiles.expire``.
+
+        Raises
+        ------
+        Unavailable
+            The files cannot be read or written.
+        """
+        try:
+            return self._files.expire(before, dry_run=dry_run)
+        except OSError as error:
+            raise Unavailable(f"the audit log cannot be written: {error}") from error
+
     def close(self) -> None:
         """Store the last events, and end the thread."""
         self._queue.put(None)

@@ -66,6 +66,45 @@ class AuditFiles:
                 files += [_closed_by(stack, _open(path)) for path in self._rotated if path.exists()]
             return select(_newest_first(files, query, before), query, before, limit)
 
+    def expire(self, before: float, *, dry_run: bool = False) -> int:
+        """Remove the events before a time [s since the epoch], except the last one, after whose number others follow.
+
+        Returns
+        -------
+        int
+            Their number. With ``dry_run`` nothing is removed.
+
+        Raises
+        ------
+        OSError
+            A file cannot be read or written.
+        """
+        removed = 0
+        with self._locked(fcntl.LOCK_EX) as file:
+            last = self._last_number(file, os.fstat(file).st_size)
+            for path in (self._path, *filter(Path.exists, self._rotated)):
+                lines = path.read_bytes().splitlines(keepends=True)
+                kept = [line for line in lines if not _is_before(line, before, last)]
+                removed += len(lines) - len(kept)
+                if not dry_run and len(kept) < len(lines):
+                    self._replace(path, kept)
+        return removed
+
+    def _replace(self, path: Path, lines: Sequence[bytes]) -> None:
+        """Replace a file at once; a process that waits for its lock opens the new one."""
+        if not lines and path != self._path:
+            path.unlink()
+            return
+        partial = path.with_name(f"{path.name}.partial")
+        times = path.stat()
+        file = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW, PRIVATE)
+        try:
+            _write(file, b"".join(lines))
+        finally:
+            os.close(file)
+        os.utime(partial, ns=(times.st_atime_ns, times.st_mtime_ns))
+        partial.replace(path)
+
     @contextlib.contextmanager
     def _locked(self, operation: int) -> Iterator[int]:
         """Open and lock the current file; if it was rotated meanwhile, the new one."""
@@ -120,6 +159,11 @@ def _line(event: AuditEvent) -> bytes:
     except Exception:  # noqa: BLE001  # one event must not keep the others from being stored
         line = msgspec.json.encode(msgspec.structs.replace(event, user=None, object=None, details={"damaged": True}))
     return line + b"\n"
+
+
+def _is_before(line: bytes, before: float, last: int) -> bool:
+    """Return whether a line is an event before a time and not the last one; damaged lines are kept."""
+    return any(event.time < before and event.number != last for event in _events(iter((line,))))
 
 
 def _open(path: Path) -> int:

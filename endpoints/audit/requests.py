@@ -50,6 +50,8 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "change_people_settings": ("rule", "targets", "history", "retention_hours"),
     "follow_people": ("people",),
     "add_task": ("kind", "places", "rounds", "priority", "deadline", "labels"),
+    "create_webhook": ("events", "robots", "maps", "description", "state"),
+    "change_webhook": ("events", "robots", "maps", "description", "state"),
     "resize_container": ("cores",),
     "change_machine": ("labels", "max_containers", "max_memory", "oversubscription", "draining"),
 }

@@ -6,12 +6,18 @@ from pathlib import Path
 
 from endpoints.cli import front_options
 from endpoints.store_options import add_stores
-from ppaas.bounded import whole
+from ppaas.bounded import above_zero, whole
 from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput
 
 NAME = "up"
 HELP = "start the cloud on this machine"
+
+RETENTIONS = ("recordings", "audit", "people", "plans", "tasks", "webhooks")
+"""Kinds of data in ``endpoints.retention.kinds``, which the command line does not import."""
+
+MOST_DAYS = 36500.0
+"""Limit of the days for which data are kept."""
 
 QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute", "stored_bytes", "versions_per_map")
 """Names of the quotas in ``engine.master.quotas``, which the command line does not import."""
@@ -28,6 +34,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_standby(parser)
     _add_metrics(parser)
     _add_limits(parser)
+    _add_retention(parser)
+    _add_webhooks(parser)
     parser.add_argument(
         "--admin-password-file",
         type=Path,
@@ -186,6 +194,38 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
         default=600.0,
         help="seconds after which a robot that has no goal and sends nothing is disconnected; 0: never (%(default)s)",
     )
+
+
+def _add_retention(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--retention",
+        type=_retention,
+        action="append",
+        default=[],
+        metavar="KIND=DAYS",
+        help=f"days after which data are removed: {', '.join(RETENTIONS)}; may be repeated (tasks=7, webhooks=30)",
+    )
+
+
+def _add_webhooks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--webhook-allow-private",
+        action="store_true",
+        help="let webhooks of users post to addresses that are not public, such as those of this network (off)",
+    )
+    parser.add_argument(
+        "--webhook-allow-http", action="store_true", help="let webhooks of users post without TLS (off)"
+    )
+
+
+def _retention(text: str) -> tuple[str, float]:
+    kind, _, days = text.partition("=")
+    if kind not in RETENTIONS:
+        raise argparse.ArgumentTypeError(f"unknown kind {kind!r}; known: {', '.join(RETENTIONS)}")
+    try:
+        return kind, above_zero(MOST_DAYS)(days)
+    except InvalidInput as error:
+        raise argparse.ArgumentTypeError(f"give {kind}=DAYS: {error}") from error
 
 
 def _quota(text: str) -> tuple[str, float]:

@@ -2,6 +2,8 @@
 
 import asyncio
 from collections import defaultdict
+from collections.abc import Sequence
+from typing import Protocol
 
 from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.people.counting import PeopleCounting
@@ -9,6 +11,7 @@ from endpoints.proposals.change_watch import ChangeWatch
 from endpoints.resources.removal import RemovedUsers
 from endpoints.resources.services import Services
 from endpoints.resources.store_health import DiskWatch
+from engine.control.fleet_events import FleetEvents
 from engine.control.robot_sessions import IdleWatch, RobotSessions
 from engine.control.tasks.runner import TaskRunner
 from engine.links.place_link import PlaceLink
@@ -85,6 +88,14 @@ class MapRightsWatch:
         )
 
 
+class CloudJob(Protocol):
+    """Job that a cloud has one of."""
+
+    async def run(self) -> None:
+        """Do it until cancelled."""
+        ...
+
+
 class CloudJobs:
     """Runs the jobs in the process of the master.
 
@@ -98,18 +109,32 @@ class CloudJobs:
         Time without frames after which a robot is disconnected [s]; 0 disables this.
     tasks : TaskRunner
         Leads the tasks of robots.
+    events : FleetEvents
+        Reports what happens to the cloud.
+    others : sequence of CloudJob
+        Jobs that endpoints call, too.
     """
 
-    def __init__(self, services: Services, robots: RobotSessions, idle: float, tasks: TaskRunner) -> None:
-        self._jobs = (
+    def __init__(
+        self,
+        services: Services,
+        robots: RobotSessions,
+        idle: float,
+        tasks: TaskRunner,
+        *,
+        events: FleetEvents,
+        others: Sequence[CloudJob] = (),
+    ) -> None:
+        self._jobs: tuple[CloudJob, ...] = (
             IdleWatch(robots, idle),
             MapRightsWatch(robots, services),
-            DiskWatch.of(services.disk, services.store),
+            DiskWatch.of(services.disk, services.store, events.disk_changed),
             ChangeWatch(services),
             RemovedUsers(services),
             PeopleCounting(services),
             JointMapCoordinator(services),
             tasks,
+            *others,
         )
         self._background = Background()
 

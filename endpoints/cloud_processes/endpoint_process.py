@@ -22,8 +22,10 @@ from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
+from endpoints.retention.calls import RetentionCalls
 from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.web import Web
+from endpoints.webhooks.calls import WebhookCalls
 from engine.calls.interface import remote
 from engine.cloud_client.endpoint import Endpoint, Here
 from engine.cloud_client.link_listener import MachineAccess
@@ -179,6 +181,8 @@ async def _services(
         keep_versions=config.keep_versions,
         far_folder=far_folder,
         audit=await _audit(config, far_folder, stack),
+        webhooks=remote(WebhookCalls, endpoint.master),
+        retention=remote(RetentionCalls, endpoint.master),
         endpoint=config.name,
     )
     stack.push_async_callback(services.plan_writer.close)

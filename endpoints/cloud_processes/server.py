@@ -20,7 +20,7 @@ from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns, ServedTurns, TurnCalls, UserTurns
 from endpoints.audit.data_folder import DataFolderCalls
-from endpoints.audit.file_log import cloud_audit
+from endpoints.audit.file_log import FileAuditLog, cloud_audit
 from endpoints.cloud_processes.cloud_jobs import CloudJobs
 from endpoints.cloud_processes.config import front_config
 from endpoints.cloud_processes.keeper import COMMAND, EndpointKeeper, joined_processes
@@ -32,7 +32,13 @@ from endpoints.listeners import url_of
 from endpoints.metrics.snapshot import CloudSnapshots
 from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
+from endpoints.retention.calls import RetentionCalls
+from endpoints.retention.kinds import Kept
+from endpoints.retention.service import Retention
 from endpoints.store_options import settle_stores, store_urls
+from endpoints.webhooks.calls import WebhookCalls
+from endpoints.webhooks.service import Webhooks
+from endpoints.webhooks.targets import TargetRules
 from engine.bootstrap import CloudConfig, Engine
 from engine.control.master_calls.server import Extra
 from engine.local.kept_process import SpareProcesses
@@ -236,8 +242,11 @@ async def _start(
     ports: Ports,
     spares: SpareProcesses,
 ) -> tuple[EndpointKeeper, CloudSnapshots]:
-    services = await _services(engine, arguments, stack)
-    machine, tasks = asyncio.create_task(engine.start()), engine.cloud.task_runner(engine.store)
+    audit = await stack.enter_async_context(cloud_audit(arguments.data))
+    services = await _services(engine, arguments, stack, audit)
+    webhooks, retention = _called_jobs(engine, arguments, audit)
+    machine = asyncio.create_task(engine.start())
+    tasks = engine.cloud.task_runner(engine.store, retention.seconds("tasks"))
     try:
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()
@@ -246,7 +255,9 @@ async def _start(
         stack.push_async_callback(keeper.stop)
         await keeper.start()
         await machine
-        jobs = CloudJobs(services, engine.sessions, arguments.idle, tasks)
+        jobs = CloudJobs(
+            services, engine.sessions, arguments.idle, tasks, events=engine.cloud.events, others=(webhooks, retention)
+        )
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:
@@ -255,7 +266,9 @@ async def _start(
     return keeper, CloudSnapshots(services, engine.cloud, tasks)
 
 
-async def _services(engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> Services:
+async def _services(
+    engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack, audit: FileAuditLog
+) -> Services:
     """Return the services. Endpoints are served too: on joined machines they call as soon as the engine starts."""
     refused = RefusedTokenFile(arguments.data)
     revoked = await asyncio.to_thread(refused.open)
@@ -267,7 +280,7 @@ async def _services(engine: Engine, arguments: argparse.Namespace, stack: contex
         engine.store, engine.map_store, Accounts(engine.store, logins=logins, turns=turns), engine.cloud,
         usage=Usage(turns), disk=engine.reserve,
         recordings=engine.recordings, keep_versions=engine.keep_versions,
-        audit=await stack.enter_async_context(cloud_audit(arguments.data)),
+        audit=audit,
     )  # fmt: skip
     engine.endpoints.serve_also(lambda: Extra(DataFolderCalls, services.data_folder))
     stack.callback(services.accounts.close)
@@ -275,6 +288,16 @@ async def _services(engine: Engine, arguments: argparse.Namespace, stack: contex
     engine.cloud.news.listen(Caches(services).hear)
     engine.cloud.fact_sources.add(RobotFacts(services).here)
     return services
+
+
+def _called_jobs(engine: Engine, arguments: argparse.Namespace, audit: FileAuditLog) -> tuple[Webhooks, Retention]:
+    """Return the jobs that endpoints call."""
+    rules = TargetRules(allow_private=arguments.webhook_allow_private, allow_http=arguments.webhook_allow_http)
+    webhooks = Webhooks(engine.store, engine.cloud.events, rules, audit, hear_goals=engine.cloud.hear_goals)
+    retention = Retention(Kept(engine.store, audit, engine.recordings), audit, dict(arguments.retention))
+    engine.endpoints.serve_also(lambda: Extra(WebhookCalls, webhooks))
+    engine.endpoints.serve_also(lambda: Extra(RetentionCalls, retention))
+    return webhooks, retention
 
 
 def _check_metrics_installed() -> None:

@@ -130,7 +130,7 @@ def _end_reading(map_store: MapStore, map_id: str, user_id: str) -> None:
 
 
 def _forget_late(store: Store, user_id: str) -> None:
-    """Remove robots and tasks that requests which were on their way have stored for a user who was gone."""
+    """Remove robots, tasks and webhooks that requests which were on their way have stored for a user who was gone."""
     for robot in store.robots(user_id):
         with suppress(NotFound):
             store.remove_robot(user_id, robot.id)
@@ -138,6 +138,9 @@ def _forget_late(store: Store, user_id: str) -> None:
         if owner == user_id:
             for task in store.tasks(user_id, map_id):
                 store.remove_task(user_id, map_id, task.task.id)
+    for hook in store.webhooks(user_id):
+        with suppress(NotFound):
+            store.remove_webhook(user_id, hook.id)
 
 
 # Robots: their files, recordings, checkpoints, shares, and the tokens that are for them alone.

@@ -19,8 +19,10 @@ from endpoints.resources.plan_writer import PlanWriter
 from endpoints.resources.publications import Publications
 from endpoints.resources.robot_files import PosegraphReader
 from endpoints.resources.store_health import StoreHealthCheck
+from endpoints.retention.calls import RetentionCalls
 from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.sharing.shared_robots import ShareCache
+from endpoints.webhooks.calls import WebhookCalls
 from engine.control.master_calls.control_plane import ControlPlane
 from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
@@ -171,6 +173,10 @@ class Services:
     recordings: RecordingsFolder | None = None
     far_folder: DataFolderCalls | None = None
     """Data folder of the cloud, on an endpoint of another host, which has no folder of recordings."""
+    webhooks: WebhookCalls | None = None
+    """Webhooks in the process of the master; None if there is none to call."""
+    retention: RetentionCalls | None = None
+    """Retention in the process of the master; None if there is none to call."""
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)
     endpoint: str = ""

@@ -7,7 +7,6 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 from engine.processes.background import repeat
 from engine.processes.occasional_log import OccasionalLog
@@ -123,6 +122,10 @@ FULL_TEXT = (
 )
 
 
+def _ignore(_state: SpaceState, _reason: str) -> None:
+    """Do nothing: nobody is notified of the disk."""
+
+
 class DiskWatch:
     """Watches the disk of a cloud.
 
@@ -132,23 +135,40 @@ class DiskWatch:
         Reserve of the cloud's data folder, which this process owns; None to watch nothing.
     make_room : callable
         Called in a thread when the disk becomes full: frees space that the stores do not need.
+    changed : callable
+        Called with the new state of the disk and the reason when it has changed.
     """
 
-    def __init__(self, reserve: DiskReserve | None, make_room: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        reserve: DiskReserve | None,
+        make_room: Callable[[], None] = lambda: None,
+        changed: Callable[[SpaceState, str], None] = _ignore,
+    ) -> None:
         self._reserve = reserve
         self._make_room = make_room
+        self._changed = changed
         self._last: SpaceState = "ok"
         self._logs = {"low": OccasionalLog(logger, 24 * 3600.0), "full": OccasionalLog(logger)}
 
     @classmethod
-    def of(cls, reserve: DiskReserve | None, store: Store) -> "DiskWatch":
+    def of(
+        cls, reserve: DiskReserve | None, store: Store, changed: Callable[[SpaceState, str], None] = _ignore
+    ) -> "DiskWatch":
         """Return the watch of a cloud, which empties the log of its store to make room if the store has one."""
-        return cls(reserve, getattr(store, "shrink_log", lambda: None))
+        return cls(reserve, getattr(store, "shrink_log", lambda: None), changed)
 
     async def run(self) -> None:
         """Check the disk until cancelled."""
         if self._reserve is not None:
-            await repeat(partial(asyncio.to_thread, self.check), PERIOD)
+            await repeat(self._look, PERIOD)
+
+    async def _look(self) -> None:
+        before = self._last
+        state = await asyncio.to_thread(self.check)
+        if state != before and self._reserve is not None:
+            space = await asyncio.to_thread(disk_state, self._reserve)
+            self._changed(state, "" if space is None else space.reason or "")
 
     def check(self) -> SpaceState:
         """Check the disk once; return its state. Blocks."""

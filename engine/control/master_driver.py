@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 from engine.control.administration import Administration, Containers
 from engine.control.counts import ControlCounts
+from engine.control.fleet_events import FleetEvents
 from engine.control.start_times import StartTimes
 from engine.leadership.leadership import Mandate
 from engine.links.control_server import ControlServer
@@ -115,6 +116,8 @@ class MasterDriver:
         Containers, as operators see and change them.
     counts : ControlCounts
         What happened since this process started.
+    events : FleetEvents
+        Reports what happens to those who listen.
     """
 
     def __init__(
@@ -137,10 +140,11 @@ class MasterDriver:
         self.presence = RobotPresence(self._places.get)
         self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
         self._opened = listener.place_opened
-        self._times, self.counts = StartTimes(), ControlCounts()
+        self._times, self.counts, self.events = StartTimes(), ControlCounts(), FleetEvents()
         machines = self.of_machines = MachineEvents(
             master, checkpoints, self._links, self._times, self.counts,
             execute=self._execute, container_lost=self._report_lost, alive=self._compiles, listener=listener,
+            machine_lost=self.events.machine_lost,
         )  # fmt: skip
         self._control = machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(
@@ -338,13 +342,15 @@ class MasterDriver:
         self._report_lost("", container, reason)
 
     def _report_lost(self, machine: str, container: str, reason: PPaaSError) -> None:
-        leaves = self._master.is_leaving(container)
+        leaves, filled = self._master.is_leaving(container), self._master.place_of(container)
         orders = self._master.handle(ContainerLost(container, reason, self._clock(), machine))
         self._links.forget(container)
         self._times.forget(container)
         if orders:
             logger.log(logging.INFO if leaves else logging.WARNING, "container %s is lost: %s", container, reason)
             self.counts.containers_lost += not leaves
+            if filled is not None and not leaves and not self._closing:
+                self.events.container_lost(container, filled.request, str(reason))
         self._execute(orders)
 
     # -- frozen containers ---------------------------------------------------------------------------------------------
@@ -545,6 +551,8 @@ class MachineEvents:
         Called with the machine and the id of a container that compiles a kernel, once for each heartbeat of its agent.
     listener : CloudListener
         Notified of machines that join and leave.
+    machine_lost : callable
+        Called with each machine that is lost.
 
     Attributes
     ----------
@@ -564,6 +572,7 @@ class MachineEvents:
         container_lost: Callable[[str, str, PPaaSError], None],
         alive: Callable[[str, str], None],
         listener: CloudListener,
+        machine_lost: Callable[[str], None],
     ) -> None:
         self._master = master
         self._checkpoints = checkpoints
@@ -577,6 +586,7 @@ class MachineEvents:
         self._closing = False
         self.joined = asyncio.Event()
         self._listener = listener
+        self._machine_lost = machine_lost
         self._starting: dict[str, KernelProgress | None] = {}
         self._compiling: dict[str, KernelProgress] = {}
         self._alive = alive
@@ -699,7 +709,9 @@ class MachineEvents:
         """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
         self._compiling.pop(machine, None)
-        self._counts.machines_lost += machine in self._master.machines and not self._closing
+        if machine in self._master.machines and not self._closing:
+            self._counts.machines_lost += 1
+            self._machine_lost(machine)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
         self._lose(MachineLeft(machine))
         self._listener.machines_changed(self._master.machines)

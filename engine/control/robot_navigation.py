@@ -37,7 +37,10 @@ MAX_ACTIVE = 32
 MAX_ENDED = 100
 """Number of ended goals that are kept; the oldest is forgotten first."""
 
-_STATES: dict[Status, GoalState] = {
+REST_GOALS = "rest-"
+"""Beginning of the ids of goals of REST."""
+
+STATES: dict[Status, GoalState] = {
     Status.PENDING: "pending",
     Status.ACTIVE: "active",
     Status.PREEMPTING: "active",
@@ -72,7 +75,7 @@ class NavigationClient:
     monotonic : callable
         Returns monotonic time [s].
     goal_ended : callable
-        Called with the final state of a goal that has ended.
+        Called with the key of the place and a goal that has ended.
 
     Attributes
     ----------
@@ -90,7 +93,7 @@ class NavigationClient:
         self,
         place: PlaceLink,
         clock: Clock = epoch,
-        goal_ended: Callable[[GoalState], None] = lambda _: None,
+        goal_ended: Callable[[str, GoalView], None] = lambda _key, _goal: None,
         *,
         monotonic: Clock = monotonic,
     ) -> None:
@@ -173,7 +176,9 @@ class NavigationClient:
                 f"a robot may have at most {MAX_ACTIVE} active goals: cancel one, or wait for it to end"
             )
         now = self._clock()
-        goal = GoalView(goal_id or f"rest-{secrets.token_hex(6)}", (pose.x, pose.y, pose.theta), "pending", "", now)
+        goal = GoalView(
+            goal_id or f"{REST_GOALS}{secrets.token_hex(6)}", (pose.x, pose.y, pose.theta), "pending", "", now
+        )
         target = MoveBaseGoal(PoseStamped(Header(frame_id=MAP), Pose.of(pose)))
         sequence = self._publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(target, GoalID(id=goal.id)))
         self._sequences[sequence] = goal.id
@@ -242,15 +247,15 @@ class NavigationClient:
     def _update(self, goal: GoalView, status: Status, text: str) -> None:
         """Note the status of a goal; a final one in a list ends it, since nothing else of its result is needed."""
         if status.terminal:
-            self._end(goal, _STATES[status], text)
+            self._end(goal, STATES[status], text)
         else:
-            self._goals[goal.id] = msgspec.structs.replace(goal, state=_STATES[status], text=text)
+            self._goals[goal.id] = msgspec.structs.replace(goal, state=STATES[status], text=text)
 
     def _end(self, goal: GoalView, state: GoalState, text: str) -> None:
-        self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
+        ended = self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
         del self._watches[goal.id]
         self._sequences = {number: other for number, other in self._sequences.items() if other != goal.id}
-        self._goal_ended(state)
+        self._goal_ended(self.place.key, ended)
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """End a goal that the clone refused."""
@@ -282,11 +287,16 @@ class RobotNavigation:
     Parameters
     ----------
     service : MasterDriver
-        Has the links of the places, and counts the goals that have ended.
+        Has the links of the places.
+    goal_ended : callable
+        Called with the key of a place and a goal that has ended.
     """
 
-    def __init__(self, service: MasterDriver) -> None:
+    def __init__(
+        self, service: MasterDriver, goal_ended: Callable[[str, GoalView], None] = lambda _key, _goal: None
+    ) -> None:
         self._service = service
+        self._goal_ended = goal_ended
         self._clients: dict[str, NavigationClient] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
 
@@ -349,12 +359,9 @@ class RobotNavigation:
     def _client(self, key: str, place: PlaceLink) -> NavigationClient:
         client = self._clients.get(key)
         if client is None or client.place is not place:
-            client = self._clients[key] = NavigationClient(place, goal_ended=self._ended)
+            client = self._clients[key] = NavigationClient(place, goal_ended=self._goal_ended)
         self._restart_timer(key)
         return client
-
-    def _ended(self, state: GoalState) -> None:
-        self._service.counts.goals[state] += 1
 
     def _restart_timer(self, key: str) -> None:
         if key in self._timers:

@@ -53,18 +53,32 @@ class RobotPresence:
         self._here: set[str] = set()
         self._expected: set[str] = set()
         self._gone: BoundedDict[str, float] = BoundedDict(MOST_GONE)
+        self._hear: Callable[[str, bool], None] = lambda _key, _here: None
+
+    def listen(self, hear: Callable[[str, bool], None]) -> None:
+        """Call a function with the key of a robot that was not here and comes, or was and leaves, and whether it came.
+
+        A robot of an adopted place that an endpoint reports was here.
+        """
+        self._hear = hear
 
     def came(self, key: str) -> None:
         """Note that the socket of the robot of a place is here."""
+        was_here = key in self._here or key in self._expected
         self._here.add(key)
         self._expected.discard(key)
         self._gone.pop(key, None)
+        if not was_here:
+            self._hear(key, True)
 
     def left(self, key: str) -> None:
         """Note that it is gone: closed, dead, or lost with its endpoint."""
+        was_here = key in self._here or key in self._expected
         self._here.discard(key)
         self._expected.discard(key)
         self._gone[key] = self._clock()
+        if was_here:
+            self._hear(key, False)
 
     def expect(self, key: str) -> None:
         """Note an adopted place: the endpoint of its robot has not reported to this master yet, if there is one."""

@@ -39,6 +39,12 @@ def robot_key(user: str, robot: str) -> str:
     return f"robot:{user}/{robot}"
 
 
+def robot_of(key: str) -> tuple[str, str]:
+    """Return user and id of the robot of a place with such a name."""
+    user, _, robot = key.removeprefix("robot:").partition("/")
+    return user, robot
+
+
 @dataclass(frozen=True, slots=True)
 class PlaceRequest:
     """Request for a place.

@@ -1,9 +1,13 @@
 """The engine in the process of the master: the parts that do the work, by subject."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
+import msgspec
+
+from engine.control.fleet_events import LostRobots
+from engine.control.goal_results import GoalResults
 from engine.control.group_places import GroupPlaces, PeopleGroups, TrafficGroups
 from engine.control.master_calls.control_plane import (
     ContainerCalls,
@@ -25,9 +29,10 @@ from engine.control.planning.planning import Planning
 from engine.control.planning_places import PlanningPlaces
 from engine.control.robot_navigation import NavigationClient, RobotNavigation
 from engine.control.robot_nodes import RobotNodes
+from engine.control.tasks.group import KEPT_FOR
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
-from engine.control.views import EndpointView, GoalState, LifelongRobot, MappingRobot, UserUsage
+from engine.control.views import EndpointView, GoalView, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
@@ -284,7 +289,11 @@ class Cloud:
         self.news, self.fact_sources = News(), FactSources()
         self.neighbours = Neighbours()
         self.planning_places = PlanningPlaces(driver)
-        self._navigation, self._task_news = RobotNavigation(driver), TaskNews()
+        self.events = driver.events
+        self._lost_robots = LostRobots(self.events, driver.request_of)
+        driver.presence.listen(self._lost_robots.changed)
+        self._goal_results = GoalResults(driver, self._report_goal)
+        self._navigation, self._task_news = RobotNavigation(driver, self._goal_ended), TaskNews()
         people, traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._groups = people.places, traffic.places
         self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_goal_ended))
@@ -313,6 +322,7 @@ class Cloud:
         self.planning_places.close()
         for places in self._groups:
             places.close()
+        self._lost_robots.close()
         self._navigation.close()
 
     def place_opened(self, key: str) -> None:
@@ -320,14 +330,29 @@ class Cloud:
         for places in self._groups:
             places.place_opened(key)
         self._task_robots.place_opened(key)
+        self._goal_results.place_opened(key)
 
-    def task_runner(self, store: Store) -> TaskRunner:
-        """Return what leads the tasks of this cloud, which are in a store."""
-        return TaskRunner(store, self._task_robots, self._task_news, self.planning.compute_costs)
+    def task_runner(self, store: Store, kept_for: float = KEPT_FOR) -> TaskRunner:
+        """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s]."""
+        return TaskRunner(
+            store, self._task_robots, self._task_news, self.planning.compute_costs,
+            changed=self.events.task_changed, kept_for=kept_for,
+        )  # fmt: skip
 
-    def _task_goal_ended(self, state: GoalState) -> None:
-        self.driver.counts.goals[state] += 1
+    def hear_goals(self, users: Collection[str]) -> None:
+        """Report the ends of all goals of the robots of these users, also of those that other clients sent."""
+        self._goal_results.hear(users)
+
+    def _goal_ended(self, key: str, goal: GoalView) -> None:
+        self.driver.counts.goals[goal.state] += 1
+        self._report_goal(key, msgspec.to_builtins(goal))
+
+    def _task_goal_ended(self, key: str, goal: GoalView) -> None:
+        self._goal_ended(key, goal)
         self._task_news.wake.set()
+
+    def _report_goal(self, key: str, goal: Mapping[str, Any]) -> None:
+        self.events.goal_ended(key, self.driver.request_of(key), goal)
 
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         return self.driver.place(robot_key(user, robot))

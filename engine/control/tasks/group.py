@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Iterable, Sequence
+from functools import partial
 
 from msgspec.structs import replace
 
@@ -27,7 +28,7 @@ MOST_ENDED = 1000
 """Number of ended tasks of a user on a map that are kept; the oldest are removed first."""
 
 
-def obsolete(tasks: Sequence[Task], now: float) -> list[str]:
+def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> list[str]:
     """Return the ids of the tasks that are not kept any longer.
 
     Parameters
@@ -36,9 +37,11 @@ def obsolete(tasks: Sequence[Task], now: float) -> list[str]:
         Tasks of a user on a map.
     now : float
         Time [s since the epoch].
+    kept_for : float
+        Time for which a task is kept after its end [s].
     """
     ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
-    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= KEPT_FOR}
+    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= kept_for}
     return [name for _, name in ended if name not in kept]
 
 
@@ -57,6 +60,9 @@ master may drive for a task that was cancelled meanwhile."""
 Measure = Callable[[Dispatcher, float], Awaitable[Distance]]
 """Returns the lengths of the ways that a decision needs."""
 
+Changed = Callable[[str, str, Task], None]
+"""Called with user, map and a task whose state was changed in the store."""
+
 
 class TaskGroup:
     """Leads the tasks of a user on a map.
@@ -70,13 +76,27 @@ class TaskGroup:
         User and map.
     store : TaskStore
     robots : TaskRobots
+    changed : callable
+        Called with each task whose state has changed.
+    kept_for : float
+        Time for which a task is kept after its end [s].
     """
 
-    def __init__(self, group: Group, store: TaskStore, robots: TaskRobots) -> None:
+    def __init__(
+        self,
+        group: Group,
+        store: TaskStore,
+        robots: TaskRobots,
+        *,
+        changed: Changed = lambda _user, _map, _task: None,
+        kept_for: float = KEPT_FOR,
+    ) -> None:
         self.group = group
         self.changed = True
         self._store = store
         self._robots = robots
+        self._report = partial(changed, *group)
+        self._kept_for = kept_for
         self._dispatcher: Dispatcher | None = None
         self._records: dict[str, MapTask] = {}
         self._read_at = self._decided_at = self._busy_at = float("-inf")
@@ -136,7 +156,8 @@ class TaskGroup:
         self.changed = False
         stored = await asyncio.to_thread(self._store.tasks, *self.group)
         self._read_at = now
-        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now))
+        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now, self._kept_for))
+        self._report_ended(stored)
         self._records = {record.task.id: record for record in stored if record.task.is_open}
         dispatcher = self._dispatcher = known or Dispatcher([], now)
         for record in self._records.values():
@@ -147,6 +168,12 @@ class TaskGroup:
         if any(record.task != dispatcher.tasks[name] for name, record in self._records.items()):
             raise Conflict("another process changed one of them")
         return dispatcher, orders
+
+    def _report_ended(self, stored: Iterable[MapTask]) -> None:
+        """Report the tasks that another process has ended since the last reading: they were cancelled."""
+        for record in stored:
+            if record.task.id in self._records and not record.task.is_open:
+                self._report(record.task)
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
@@ -194,6 +221,8 @@ class TaskGroup:
         record = replace(before, task=order.task)
         await asyncio.to_thread(lambda: self._store.put_task(record, instead_of=before))
         self._records[order.task.id] = record
+        if order.task.state != before.task.state:
+            self._report(order.task)
         if not order.task.is_open:
             del self._records[order.task.id]
 

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 
 from engine.control.planning.requests import CostAnswer, CostRequest
-from engine.control.tasks.group import TaskGroup
+from engine.control.tasks.group import KEPT_FOR, Changed, TaskGroup
 from engine.control.tasks.robots import TaskRobots, labels_of
 from engine.processes.background import repeat
 from engine.specs.containers import MapVersion
@@ -119,14 +119,29 @@ class TaskRunner:
         Computes costs of ways in a planning container.
     clock : callable
         Returns the time [s since the epoch].
+    changed : callable
+        Called with user, map and each task whose state has changed.
+    kept_for : float
+        Time for which a task is kept after its end [s].
     """
 
-    def __init__(self, store: Store, robots: TaskRobots, news: TaskNews, costs: Costs, clock: Clock = epoch) -> None:
+    def __init__(
+        self,
+        store: Store,
+        robots: TaskRobots,
+        news: TaskNews,
+        costs: Costs,
+        clock: Clock = epoch,
+        *,
+        changed: Changed = lambda _user, _map, _task: None,
+        kept_for: float = KEPT_FOR,
+    ) -> None:
         self._store = store
         self._robots = robots
         self._news = news
         self._costs = costs
         self._clock = clock
+        self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed, kept_for=kept_for)
         self._groups: dict[Group, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
         self._searched_at = float("-inf")
@@ -154,7 +169,7 @@ class TaskRunner:
             self._robots.forget_closed()
         while self._news.groups:
             group = self._news.groups.pop()
-            self._groups.setdefault(group, TaskGroup(group, self._store, self._robots)).changed = True
+            self._groups.setdefault(group, self._lead_group(group)).changed = True
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
         if not self._groups:
             self._robots.follow_only(set())

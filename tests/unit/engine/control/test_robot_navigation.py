@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from engine.control import robot_navigation
-from engine.control.counts import ControlCounts
 from engine.control.robot_navigation import MAX_ACTIVE, MAX_ENDED, POSE_AGE, NavigationClient, RobotNavigation
 from engine.control.views import NavigationState
 from engine.links.presence import Presence, RobotPresence
@@ -32,7 +31,7 @@ class FakeDriver:
         self.places[KEY].container = "c1"
         self.presence = RobotPresence(self.place, ManualClock(1000.0))
         self.presence.came(KEY)
-        self.counts = ControlCounts()
+        self.ended: list[tuple[str, str]] = []
 
     def place(self, key: str) -> StillRobot | None:
         return self.places.get(key)
@@ -46,7 +45,7 @@ def driver() -> FakeDriver:
 @pytest.fixture
 def navigation(driver: FakeDriver, monkeypatch: pytest.MonkeyPatch) -> RobotNavigation:
     monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
-    return RobotNavigation(driver)  # type: ignore[arg-type]
+    return RobotNavigation(driver, lambda key, goal: driver.ended.append((key, goal.state)))  # type: ignore[arg-type]
 
 
 async def test_a_robot_that_is_not_connected_has_a_state_and_takes_no_goals(navigation: RobotNavigation) -> None:
@@ -93,7 +92,7 @@ async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
     goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.places.pop(KEY).close(Unavailable("gone"))
     assert (await navigation.goal("ann", "tb1", goal.id)).state == "lost"
-    assert driver.counts.goals == {"lost": 1}
+    assert driver.ended == [(KEY, "lost")]
     driver.places[KEY] = StillRobot()
     assert (await navigation.state("ann", "tb1")).goals == ()
     assert await navigation.goals("ann", "tb1") == []

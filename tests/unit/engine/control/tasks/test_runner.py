@@ -55,7 +55,7 @@ class Hall:
             request_of=lambda key: robot_request(key.partition("/")[2]) if key in self.places else None,
         )
         self.news = TaskNews()
-        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=lambda _: self.news.wake.set()))
+        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=lambda _key, _goal: self.news.wake.set()))
         for key in self.places:
             self.robots.place_opened(key)
         self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock)

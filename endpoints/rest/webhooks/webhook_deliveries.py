@@ -1,0 +1,122 @@
+"""Routes of deliveries of webhooks: those that wait, and those that were given up, which can be replayed."""
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Annotated, Any, ClassVar
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from msgspec.structs import replace
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.names import Name
+from endpoints.rest.openapi import KNOWN, problems
+from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
+from endpoints.rest.strict_json import StrictRoute
+from endpoints.rest.webhooks.schemas import DeliveryAnswer, ReplayAnswer
+from endpoints.rest.webhooks.webhooks import WebhookId, told
+from ppaas.clock import epoch
+from ppaas.errors import Conflict
+from storage.ports import Store
+from storage.webhooks.records import DeliveryState, WebhookDelivery
+
+router = APIRouter(prefix="/webhooks/{webhook_id}/deliveries", tags=["webhooks"], route_class=StrictRoute)
+
+READ_AT_ONCE = 128
+"""Deliveries that are read from the store at once."""
+
+DeliveryId = Annotated[Name, Path(examples=["msg_0193f1c0d6f6-5e1c9a02"])]
+
+
+class DeliveryPaging(Paging):
+    """Parameters of a page of deliveries: as for every list, and the state that is sought.
+
+    Parameters
+    ----------
+    request, limit, cursor
+        As in every list.
+    state : DeliveryState, optional
+        Only deliveries in this state.
+    """
+
+    filters: ClassVar[frozenset[str]] = frozenset({"state"})
+
+    def __init__(
+        self,
+        request: Request,
+        limit: Limit = DEFAULT_LIMIT,
+        cursor: Cursor = None,
+        state: Annotated[DeliveryState | None, Query(description="Only deliveries in this state")] = None,
+    ) -> None:
+        super().__init__(request, limit, cursor)
+        self._state = state
+
+    def seeks(self, record: WebhookDelivery) -> bool:
+        """Return whether a delivery is in the list."""
+        return self._state in (None, record.state)
+
+
+@router.get("", response_model=Page[DeliveryAnswer], responses=KNOWN | problems(404))
+async def list_deliveries(
+    webhook_id: WebhookId, services: Provided, user: Caller, paging: Annotated[DeliveryPaging, Depends()]
+) -> dict[str, Any]:
+    """List the deliveries of a webhook that wait, and those that were given up (`dead`), oldest first."""
+    await run_in_threadpool(services.store.webhook, user.id, webhook_id)
+    key, after = (user.id, webhook_id), paging.key(str, "")
+    found = await run_in_threadpool(_page, services.store, key, after, paging)
+    return paging.page([DeliveryAnswer.of(record) for record in found], lambda answer: answer.id)
+
+
+@router.post("/{delivery_id}/replay", response_model=DeliveryAnswer, responses=KNOWN | problems(404, 409))
+async def replay_delivery(
+    webhook_id: WebhookId, delivery_id: DeliveryId, services: Provided, user: Caller
+) -> DeliveryAnswer:
+    """Send a delivery that was given up again, with the same id."""
+    record = await run_in_threadpool(services.store.delivery, user.id, webhook_id, delivery_id)
+    if record.state != "dead":
+        raise Conflict(f"delivery {delivery_id!r} waits already")
+    again = _again(record)
+    await run_in_threadpool(services.store.put_delivery, again)
+    await told(services, user.id)
+    return DeliveryAnswer.of(again)
+
+
+@router.post("/replay", response_model=ReplayAnswer, responses=KNOWN | problems(404))
+async def replay_deliveries(webhook_id: WebhookId, services: Provided, user: Caller) -> ReplayAnswer:
+    """Send all deliveries of a webhook that were given up again, with the same ids."""
+    await run_in_threadpool(services.store.webhook, user.id, webhook_id)
+    replayed = await run_in_threadpool(_replay_all, services.store, (user.id, webhook_id))
+    await told(services, user.id)
+    return ReplayAnswer(replayed=replayed)
+
+
+@router.delete("/{delivery_id}", status_code=204, responses=KNOWN | problems(404, 409))
+async def remove_delivery(webhook_id: WebhookId, delivery_id: DeliveryId, services: Provided, user: Caller) -> None:
+    """Remove a delivery that was given up."""
+    record = await run_in_threadpool(services.store.delivery, user.id, webhook_id, delivery_id)
+    if record.state != "dead":
+        raise Conflict(f"delivery {delivery_id!r} waits: pause or remove the webhook")
+    await run_in_threadpool(services.store.remove_delivery, user.id, webhook_id, delivery_id)
+
+
+def _again(record: WebhookDelivery) -> WebhookDelivery:
+    return replace(record, state="waiting", attempts=0, due=epoch(), ended=None)
+
+
+def _replay_all(store: Store, key: tuple[str, str]) -> int:
+    replayed = 0
+    for record in _read(store, key, ""):
+        if record.state == "dead":
+            store.put_delivery(_again(record))
+            replayed += 1
+    return replayed
+
+
+def _page(store: Store, key: tuple[str, str], after: str, paging: DeliveryPaging) -> list[WebhookDelivery]:
+    return list(islice(filter(paging.seeks, _read(store, key, after)), paging.fetch_limit))
+
+
+def _read(store: Store, key: tuple[str, str], after: str) -> Iterator[WebhookDelivery]:
+    while page := store.deliveries(*key, after=after, limit=READ_AT_ONCE):
+        yield from page
+        after = page[-1].id

@@ -1,0 +1,1 @@
+"""Retention: what a cloud deletes when it is old enough."""
