@@ -99,7 +99,7 @@ class Webhooks:
         self._read_at = float("-inf")
         self._wake = asyncio.Event()
         self._turns = asyncio.Semaphore(MOST_AT_ONCE)
-        self._losses = OccasionalLog(logger)
+        self._losses, self._waits = OccasionalLog(logger), OccasionalLog(logger)
 
     # -- calls and events ----------------------------------------------------------------------------------------------
 
@@ -141,7 +141,7 @@ class Webhooks:
             while self._heard or self._unstored:
                 await self._store_next()
         except Unavailable as error:
-            self._losses.warning("webhooks wait for the store: %s", error)
+            self._waits.warning("webhooks wait for the store: %s", error)
             await asyncio.sleep(STORE_RETRY)
             return 0.0
         except Exception:
