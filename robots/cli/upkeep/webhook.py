@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_create_arguments(create: argparse.ArgumentParser) -> None:
-    create.add_argument("url", metavar="URL", help="target, https://…")
+    create.add_argument("target", metavar="URL", help="target, https://…")
     create.add_argument(
         "--event", action="append", required=True, dest="events", metavar="GLOB",
         help="type of events to send, as robot.lost, or a glob, as 'goal.*'; may be repeated",
@@ -81,9 +81,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _create(arguments: argparse.Namespace) -> None:
-    fields: dict[str, Any] = {
-        name: getattr(arguments, name) for name in ("url", "events", "robots", "maps", "description")
-    }
+    fields: dict[str, Any] = {name: getattr(arguments, name) for name in ("events", "robots", "maps", "description")}
+    fields["url"] = arguments.target
     fields["state"] = "paused" if arguments.paused else "enabled"
     created = await logged_in(arguments).post(path_of(ROOT), fields)
     show(created, SECRET_COLUMNS, as_json=arguments.json)
@@ -124,17 +123,10 @@ async def _deliveries(arguments: argparse.Namespace) -> None:
 
 
 async def _replay(arguments: argparse.Namespace) -> None:
-    of = path_of(ROOT, arguments.id, "deliveries")
-    path = (
-        f"{of}/replay"
-        if arguments.delivery is None
-        else path_of(ROOT, arguments.id, "deliveries", arguments.delivery, "replay")
-    )
-    answer = await logged_in(arguments).post(path, {})
-    if arguments.delivery is not None:
+    one = () if arguments.delivery is None else (arguments.delivery,)
+    answer = await logged_in(arguments).post(path_of(ROOT, arguments.id, "deliveries", *one, "replay"), {})
+    if one or arguments.json:
         show(answer, DELIVERY_COLUMNS, as_json=arguments.json)
-    elif arguments.json:
-        show(answer, (), as_json=True)
     else:
         print_line(f"{answer['replayed']} deliveries are sent again")
 

@@ -6,6 +6,7 @@ than any event, a file that was removed.
 
 import os
 import stat
+import threading
 from pathlib import Path
 
 import pytest
@@ -150,3 +151,73 @@ def open_files() -> set[str]:
     """Return the files that this process has open, by number."""
     with os.scandir("/proc/self/fd") as found:
         return {entry.name for entry in found}
+
+
+# -- events that have expired ------------------------------------------------------------------------------------------
+
+
+def test_old_events_are_removed_from_all_files_and_numbers_go_on(path: Path) -> None:
+    files = AuditFiles(path, max_size=150)
+    for second in range(8):
+        files.append([event(time=float(second))])
+    assert path.with_name("audit.jsonl.2").exists()
+    assert files.expire(5.0, dry_run=True) == 5
+    assert numbers(files) == list(range(8, 0, -1))
+    assert files.expire(5.0) == 5
+    assert numbers(files) == [8, 7, 6]
+    assert files.expire(5.0) == 0
+    files.append([event(time=9.0)])
+    assert numbers(files, limit=1) == [9]
+
+
+def test_the_last_event_stays_however_old_it_is(path: Path) -> None:
+    files = AuditFiles(path)
+    files.append([event(time=1.0), event(time=2.0)])
+    assert files.expire(1e9) == 1
+    assert numbers(files) == [2]
+    AuditFiles(path).append([event()])
+    assert numbers(files) == [3, 2]
+
+
+def test_a_file_without_old_events_keeps_its_inode_and_a_changed_one_its_time_and_mode(path: Path) -> None:
+    files = AuditFiles(path)
+    files.append([event(time=1.0), event(time=5.0), event(time=6.0)])
+    before = path.stat()
+    assert files.expire(1.0) == 0
+    assert path.stat().st_ino == before.st_ino
+    assert files.expire(2.0) == 1
+    after = path.stat()
+    assert (after.st_mtime_ns, stat.S_IMODE(after.st_mode)) == (before.st_mtime_ns, 0o600)
+
+
+def test_damaged_lines_are_no_reason_to_remove_anything(path: Path) -> None:
+    files = AuditFiles(path)
+    files.append([event(time=1.0)])
+    with path.open("ab") as file:
+        file.write(b"{broken\n")
+    files.append([event(time=5.0)])
+    assert files.expire(2.0) == 1
+    assert b"{broken" in path.read_bytes()
+    assert numbers(files) == [2]
+
+
+def test_events_that_are_appended_meanwhile_are_kept(path: Path) -> None:
+    AuditFiles(path).append([event(time=1.0)])
+    ready = threading.Barrier(3)
+
+    def append() -> None:
+        own = AuditFiles(path)
+        ready.wait()
+        for _ in range(50):
+            own.append([event(time=9.0)])
+
+    threads = [threading.Thread(target=append) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    ready.wait()
+    files = AuditFiles(path)
+    removed = sum(files.expire(2.0) for _ in range(20))
+    for thread in threads:
+        thread.join()
+    assert removed + files.expire(2.0) == 1
+    assert numbers(files) == list(range(101, 1, -1))
