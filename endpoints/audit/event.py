@@ -130,6 +130,13 @@ class MemoryAuditLog:
         """Return events, newest first."""
         return select(reversed(self._events), query, before, limit)
 
+    def expire(self, before: float, *, dry_run: bool = False) -> int:
+        """Remove the events before a time [s since the epoch], except the last one; return their number."""
+        old = [event for event in self._events if event.time < before and event.number < self._number]
+        for event in old if not dry_run else ():
+            self._events.remove(event)
+        return len(old)
+
 
 def select(events: Iterator[AuditEvent], query: AuditQuery, before: int | None, limit: int) -> list[AuditEvent]:
     """Return the first ``limit`` events that a query seeks and whose numbers are smaller than ``before``."""

@@ -19,6 +19,7 @@ from storage.ports import MapStore, Store
 from storage.recordings import RecordingsFolder
 from storage.records import Limits, MapTask
 from storage.sharing_records import Share, TokenScope
+from storage.webhooks.records import Webhook
 from tests.servers.jars import OTHER_HADOOPS
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.storage.records import clone, house, plan, put_map, robot
@@ -71,6 +72,7 @@ async def give_all(services: Services) -> str:
     store.put_urdf("ann", "tb1", b"<robot/>")
     store.save_clone(clone("tb1", user="ann"))
     store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((1.0, 2.0, 0.0),))))
+    store.put_webhook(Webhook(user="ann", id="wh-1", url="https://example.org", events=("*",)))
     store.add_plan(plan("p1", user="ann", map="house", created=NOW))
     recorded = services.recordings.of_robot("ann", "tb1")  # type: ignore[union-attr]
     recorded.mkdir(parents=True)
@@ -88,6 +90,7 @@ def left(services: Services) -> list[str]:
         "robots": store.robots("ann"),
         "tokens": store.tokens("ann"),
         "tasks": store.tasks("ann", "house"),
+        "webhooks": store.webhooks("ann"),
         "groups": ann.groups,
         "limits": ann.limits != Limits(),
         "recordings": services.recordings.of_robot("ann", "tb1").exists(),  # type: ignore[union-attr]
@@ -114,7 +117,7 @@ async def create_again(services: Services) -> None:
 
 async def test_a_later_user_of_the_same_id_has_nothing_of_the_former_one(services: Services) -> None:
     token = await give_all(services)
-    assert len(left(services)) == 11, "all of it is there before"
+    assert len(left(services)) == 12, "all of it is there before"
     await removal.remove_user(services, "ann")
     with pytest.raises(NotFound):
         services.store.user("ann")
@@ -177,9 +180,11 @@ async def test_what_requests_on_their_way_stored_for_a_user_who_was_gone_is_not_
     await removal.remove_user(services, "ann")
     services.store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((1.0, 2.0, 0.0),))))
     services.store.put_robot(robot("tb1", user="ann"))
+    services.store.put_webhook(Webhook(user="ann", id="wh-1", url="https://example.org", events=("*",)))
     await removal.make_user_free(services, "ann")
     await services.accounts.register("ann", PASSWORD)
     assert services.store.tasks("ann", "house") == [] == services.store.robots("ann")
+    assert services.store.webhooks("ann") == []
 
 
 async def test_a_user_who_exists_loses_nothing_when_the_id_is_asked_for_again(services: Services) -> None:

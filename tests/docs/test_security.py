@@ -19,10 +19,16 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
+from endpoints.audit.event import MemoryAuditLog
 from endpoints.audit.file_log import PER_KEY
 from endpoints.audit.files import FILES, MAX_SIZE
 from endpoints.resources.services import Services
+from endpoints.retention.kinds import Kept
+from endpoints.retention.service import Retention
+from endpoints.webhooks.service import Webhooks
+from endpoints.webhooks.targets import TargetRules
 from engine.control import robot_navigation
+from engine.control.fleet_events import FleetEvents
 from engine.rights.roles import Role, check_may_publish
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
@@ -33,6 +39,7 @@ from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
 from storage.sharing_records import Share
+from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
@@ -80,8 +87,14 @@ BODIES: dict[str, Any] = {
     "resize_container": {"cores": 0.5},
     "merge_map": {"with": "house", "into": "both"},
     "start_recording": {"seconds": 1.0},
+    "create_webhook": {"url": "https://example.org", "events": ["*"]},
+    "change_webhook": {"state": "paused"},
+    "expire_data": {"dry_run": True},
 }
 """A body for each operation that takes JSON."""
+
+HOOK = Webhook(user="ann", id="wh-1", url="https://example.org", events=("*",))
+DEAD = WebhookDelivery(user="ann", hook="wh-1", id="msg_1", event="e", body=b"{}", created=1.0, state="dead", ended=2.0)
 
 QUERIES: dict[str, dict[str, str]] = {
     "find_plans": {"map": "house", "start": "0,0", "goal": "2.95,0"},
@@ -127,7 +140,12 @@ OPERATIONS = [Operation(described["operationId"], method, path) for path, method
 async def seeded(passwords: Passwords) -> Seeded:
     store, cloud = MemoryStore(), FakeCloud()
     kept = kept_recordings(cloud, "ann", "tb1")
-    services = Services(store, MemoryMapStore(), Accounts(store, passwords=passwords), cloud, recordings=kept)
+    audit = MemoryAuditLog()
+    services = Services(
+        store, MemoryMapStore(), Accounts(store, passwords=passwords), cloud, recordings=kept, audit=audit,
+        webhooks=Webhooks(store, FleetEvents(), TargetRules(), audit),
+        retention=Retention(Kept(store, audit, kept), audit, {}),
+    )  # fmt: skip
     tokens = {}
     for user in USERS.values():
         await services.accounts.register(user, PASSWORD, "admin" if user == "admin" else "user")
@@ -138,6 +156,8 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_robot(records.robot("tb1", user="ann", shares=(Share("dora", "look"),)))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
+    store.put_webhook(HOOK)
+    store.put_delivery(DEAD)
     cloud.running = [container()]
     for user in USERS.values():
         add_traffic(cloud, user, "house")
@@ -151,6 +171,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall",
         "recording_id": RECORDING, "robot": "tb1", "task_id": "t1",
+        "webhook_id": HOOK.id, "delivery_id": DEAD.id,
         "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)

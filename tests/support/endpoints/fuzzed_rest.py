@@ -15,12 +15,19 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
+from endpoints.audit.event import MemoryAuditLog
 from endpoints.resources.services import Services
+from endpoints.retention.kinds import Kept
+from endpoints.retention.service import Retention
+from endpoints.webhooks.service import Webhooks
+from endpoints.webhooks.targets import TargetRules
+from engine.control.fleet_events import FleetEvents
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import MapTask, Token, User
 from storage.sharing_records import Share
+from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
@@ -54,6 +61,8 @@ KNOWN = {
     "recording_id": RECORDING,
     "robot": ROBOT,
     "task_id": "t1",
+    "webhook_id": "wh-1",
+    "delivery_id": "msg_1",
 }
 """Ids of existing objects by path parameter."""
 
@@ -84,6 +93,9 @@ class FuzzedService:
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
         add_traffic(self.cloud, "root", MAP)
+        store.put_webhook(Webhook(user="root", id="wh-1", url="https://example.org", events=("*",)))
+        given = {"user": "root", "hook": "wh-1", "event": "goal.reached", "body": b"{}", "created": 1.0}
+        store.put_delivery(WebhookDelivery(id="msg_1", state="dead", ended=2.0, **given))  # type: ignore[arg-type]
         store.put_task(MapTask("root", MAP, Task(id="t1", kind="go_to", places=((1.0, 1.0, 0.0),))))
 
     def _refill_map(self) -> None:
@@ -132,7 +144,13 @@ def fuzzed_service() -> Iterator[FuzzedService]:
     passwords = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2)
     accounts = Accounts(store, passwords=passwords)
     kept = kept_recordings(cloud, "root", ROBOT)
-    service = FuzzedService(Services(store, MemoryMapStore(), accounts, cloud, recordings=kept), cloud)
+    audit = MemoryAuditLog()
+    services = Services(
+        store, MemoryMapStore(), accounts, cloud, recordings=kept, audit=audit,
+        webhooks=Webhooks(store, FleetEvents(), TargetRules(), audit),
+        retention=Retention(Kept(store, audit, kept), audit, {}),
+    )  # fmt: skip
+    service = FuzzedService(services, cloud)
     ready = threading.Event()
     loop = asyncio.new_event_loop()
     stop = asyncio.Event()
