@@ -55,6 +55,16 @@ def check_task_key(user: str, map_id: str, task_id: str) -> tuple[str, str, str]
     return *check_group(user, map_id), check_name("task", task_id)
 
 
+def check_webhook_key(user: str, hook: str) -> tuple[str, str]:
+    """Return the key of a webhook; ``InvalidInput`` if a name is not valid."""
+    return check_name("user", user), check_name("webhook", hook)
+
+
+def check_delivery_key(user: str, hook: str, delivery: str) -> tuple[str, str, str]:
+    """Return the key of a delivery; ``InvalidInput`` if a name is not valid."""
+    return *check_webhook_key(user, hook), check_name("delivery", delivery)
+
+
 def check_robot_map(name: str) -> str:
     """Return the map of a robot, if it is a valid id, or ``new:`` with one.
 

@@ -1,6 +1,6 @@
 """Messages of webhooks: which events a webhook wants, their JSON, secrets and signatures.
 
-Headers and signatures are those of Standard Webhooks.
+Headers and signatures follow the convention of Standard Webhooks.
 """
 
 import base64

@@ -67,7 +67,7 @@ class Webhooks:
     rules : TargetRules
     audit : AuditLog
     hear_goals : callable
-        Called with the users whose robots' goals are to be reported, whoever sends them.
+        Called with the users whose robots' goals are to be reported, of all clients.
     attempts : Attempts, optional
         By default, attempts over the network.
     clock : callable

@@ -20,7 +20,7 @@ class TargetRules:
     Parameters
     ----------
     allow_private : bool
-        Whether targets may have addresses that are not public, such as those of this host and its networks.
+        Whether targets may have addresses that are not public, such as addresses of this host and its networks.
     allow_http : bool
         Whether targets may be reached without TLS.
     """
@@ -75,7 +75,7 @@ def _parts(url: str) -> SplitResult:
     if len(url) > MAX_URL:
         raise InvalidParameter(f"the URL of a webhook may have {MAX_URL} characters, not {len(url)}")
     if not (url.isascii() and url.isprintable() and " " not in url):
-        raise InvalidParameter(f"{bad}, with other characters than those of ASCII encoded as %XX")
+        raise InvalidParameter(f"{bad}, with characters beyond ASCII encoded as %XX")
     try:
         parts = urlsplit(url)
         port = parts.port

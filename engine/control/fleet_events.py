@@ -1,6 +1,6 @@
 """Events of a cloud that others are notified of: goals that end, tasks that change, robots that are lost, faults.
 
-They are reported where they happen, in the process of the master, to whoever listens there.
+They are reported where they happen, in the process of the master, to all that listen there.
 """
 
 import asyncio

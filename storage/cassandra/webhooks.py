@@ -4,8 +4,8 @@ from ppaas.errors import NotFound
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.sorted_rows import SortedRows, generation_of, remove_marked
 from storage.encoding import decode, decode_readable, encode
-from storage.names import check_name
-from storage.webhooks.records import Webhook, WebhookDelivery, check_delivery_key, check_webhook_key, no_webhook
+from storage.names import check_delivery_key, check_name, check_webhook_key
+from storage.webhooks.records import Webhook, WebhookDelivery, no_webhook
 
 _OF_USER = "user = ? AND generation = ?"
 _HOOKS = SortedRows("webhooks", _OF_USER, "id", "generation DESC, id DESC", "record")

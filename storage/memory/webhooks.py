@@ -3,8 +3,8 @@
 import threading
 
 from ppaas.errors import NotFound
-from storage.names import check_name
-from storage.webhooks.records import Webhook, WebhookDelivery, check_delivery_key, check_webhook_key, no_webhook
+from storage.names import check_delivery_key, check_name, check_webhook_key
+from storage.webhooks.records import Webhook, WebhookDelivery, no_webhook
 
 
 class MemoryWebhooks:

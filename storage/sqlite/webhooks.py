@@ -2,9 +2,9 @@
 
 from ppaas.errors import NotFound
 from storage.encoding import decode, decode_readable, encode
-from storage.names import check_name
+from storage.names import check_delivery_key, check_name, check_webhook_key
 from storage.sqlite.connections import SqliteConnections
-from storage.webhooks.records import Webhook, WebhookDelivery, check_delivery_key, check_webhook_key, no_webhook
+from storage.webhooks.records import Webhook, WebhookDelivery, no_webhook
 
 _HOOK_PLACE = "'webhooks/' || user || '/' || id"
 _HOOK = f"SELECT record, {_HOOK_PLACE} FROM webhooks WHERE user = ? AND id = ?"

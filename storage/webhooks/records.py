@@ -8,7 +8,6 @@ from typing import Literal, Protocol
 import msgspec
 
 from ppaas.errors import Conflict, NotFound
-from storage.names import check_name
 
 WebhookState = Literal["enabled", "paused", "disabled"]
 """``paused``: deliveries wait. ``disabled``: events are not delivered, as the target has answered that it is gone."""
@@ -108,16 +107,6 @@ class WebhookDelivery(msgspec.Struct, frozen=True, kw_only=True):
     def key(self) -> tuple[str, str, str]:
         """User, id of the webhook, id."""
         return self.user, self.hook, self.id
-
-
-def check_webhook_key(user: str, hook: str) -> tuple[str, str]:
-    """Return the key of a webhook; ``InvalidInput`` if a name is not valid."""
-    return check_name("user", user), check_name("webhook", hook)
-
-
-def check_delivery_key(user: str, hook: str, delivery: str) -> tuple[str, str, str]:
-    """Return the key of a delivery; ``InvalidInput`` if a name is not valid."""
-    return *check_webhook_key(user, hook), check_name("delivery", delivery)
 
 
 def no_webhook(hook: str) -> NotFound:

@@ -7,7 +7,6 @@ from typing import Any, Protocol
 import msgspec
 
 from engine.control.fleet_events import LostRobots
-from engine.control.goal_results import GoalResults
 from engine.control.group_places import GroupPlaces, PeopleGroups, TrafficGroups
 from engine.control.master_calls.control_plane import (
     ContainerCalls,
@@ -24,6 +23,7 @@ from engine.control.master_calls.control_plane import (
 from engine.control.master_calls.interface import ClientJoin, EndpointState, Registration, RequestCounts
 from engine.control.master_driver import MasterDriver
 from engine.control.news import FactSources, News
+from engine.control.other_goals import OtherGoals
 from engine.control.planning.plan_rate import PlanRate
 from engine.control.planning.planning import Planning
 from engine.control.planning_places import PlanningPlaces
@@ -292,7 +292,7 @@ class Cloud:
         self.events = driver.events
         self._lost_robots = LostRobots(self.events, driver.request_of)
         driver.presence.listen(self._lost_robots.changed)
-        self._goal_results = GoalResults(driver, self._report_goal)
+        self._other_goals = OtherGoals(driver, self._report_goal)
         self._navigation, self._task_news = RobotNavigation(driver, self._goal_ended), TaskNews()
         people, traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._groups = people.places, traffic.places
@@ -330,7 +330,7 @@ class Cloud:
         for places in self._groups:
             places.place_opened(key)
         self._task_robots.place_opened(key)
-        self._goal_results.place_opened(key)
+        self._other_goals.place_opened(key)
 
     def task_runner(self, store: Store, kept_for: float = KEPT_FOR) -> TaskRunner:
         """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s]."""
@@ -341,7 +341,7 @@ class Cloud:
 
     def hear_goals(self, users: Collection[str]) -> None:
         """Report the ends of all goals of the robots of these users, also of those that other clients sent."""
-        self._goal_results.hear(users)
+        self._other_goals.hear(users)
 
     def _goal_ended(self, key: str, goal: GoalView) -> None:
         self.driver.counts.goals[goal.state] += 1

@@ -7,7 +7,7 @@ import pytest
 
 from engine.control import fleet_events
 from engine.control.fleet_events import EVENT_TYPES, FleetEvent, FleetEvents, LostRobots
-from engine.control.goal_results import GoalResults
+from engine.control.other_goals import OtherGoals
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key, robot_of
 from ppaas.clock import ManualClock
@@ -159,7 +159,7 @@ def ends(place: StillRobot, goal: str, status: int = 3) -> None:
 
 def test_results_of_other_clients_are_heard_where_they_are_wanted(robots: Robots) -> None:
     heard: list[tuple[str, Any]] = []
-    results = GoalResults(robots, lambda key, goal: heard.append((key, goal)))  # type: ignore[arg-type]
+    results = OtherGoals(robots, lambda key, goal: heard.append((key, goal)))  # type: ignore[arg-type]
     place = robots.open()
     results.place_opened(KEY)
     assert place.clients == 0

@@ -51,7 +51,7 @@ class _Results:
         """Do nothing: a robot that comes back has another place."""
 
 
-class GoalResults:
+class OtherGoals:
     """Hears the results of goals at the open places of some users.
 
     Parameters
