@@ -121,7 +121,7 @@ class Setting:
     def shown(self, value: Any) -> Any:
         """Return a value as JSON has it, without its password."""
         if self.form is bool:
-            return value is not None
+            return value is not None and value is not False
         if self.action.dest in URLS and value is not None:
             return without_password(value)
         if isinstance(value, list):

@@ -53,7 +53,7 @@ class WebhookSender:
         self._due: list[tuple[float, str]] = []
         self._known: set[str] = set()
         self._running = 0
-        self._fails = False
+        self._fails = self._is_gone = False
         self._wake = asyncio.Event()
         self._background = Background()
 
@@ -72,7 +72,7 @@ class WebhookSender:
 
     def renew(self, hook: Webhook, waiting: Iterable[tuple[float, str]], dead: Iterable[str]) -> None:
         """Take what is stored of the webhook and of its deliveries: those that wait, by time, and those given up."""
-        self.hook = hook
+        self.hook, self._is_gone = hook, False
         self.dead = deque(dead)
         for due, name in waiting:
             self.add(name, due)
@@ -104,7 +104,9 @@ class WebhookSender:
 
     def _start_due(self) -> float:
         """Start the attempts that are due; return the time until the next look [s]."""
-        while self._due and self.hook.state == "enabled" and self._running < (1 if self._fails else AT_ONCE):
+        if self.hook.state != "enabled" or self._is_gone:
+            return LONGEST_SLEEP
+        while self._due and self._running < (1 if self._fails else AT_ONCE):
             due, name = self._due[0]
             if due > self._clock():
                 return min(due - self._clock(), LONGEST_SLEEP)
@@ -120,7 +122,7 @@ class WebhookSender:
         finally:
             self._running -= 1
             self._known.discard(name)
-            self._fails = outcome.kind != "done"
+            self._fails, self._is_gone = outcome.kind != "done", self._is_gone or outcome.kind == "gone"
             if outcome.kind == "later":
                 self.add(name, outcome.due)
             self._wake.set()

@@ -1,13 +1,16 @@
 """Watch over the disk of the data folder: it keeps the reserve, and logs when space runs out and when it is back."""
 
+import asyncio
 import logging
 from pathlib import Path
 
 import pytest
 
+from endpoints.resources import store_health
 from endpoints.resources.store_health import DiskWatch, disk_state
 from storage.disk_space import DiskReserve, DiskSpace
 from storage.memory.store import MemoryStore
+from tests.support.waiting import until
 
 MB = 1 << 20
 
@@ -82,3 +85,17 @@ async def test_a_cloud_without_a_reserve_is_not_watched() -> None:
     watch = DiskWatch.of(None, MemoryStore())
     await watch.run()
     assert watch.check() == "ok"
+
+
+async def test_a_change_of_the_space_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_health, "PERIOD", 0.001)
+    free, seen = [1 << 40], list[tuple[str, bool]]()
+    reserve = DiskReserve(tmp_path, lambda _: DiskSpace(1 << 40, free[0], 1000))
+    watch = DiskWatch(reserve, changed=lambda state, reason: seen.append((state, bool(reason))))
+    watching = asyncio.create_task(watch.run())
+    for left, state in ((1 << 29, "low"), (0, "full"), (1 << 40, "ok")):
+        free[0] = left
+        await until(lambda state=state: seen and seen[-1][0] == state)  # type: ignore[misc]
+    watching.cancel()
+    await asyncio.gather(watching, return_exceptions=True)
+    assert seen == [("low", True), ("full", True), ("ok", False)]

@@ -362,3 +362,38 @@ def test_tasks_are_removed_some_days_after_their_end() -> None:
 def test_of_many_tasks_the_oldest_are_removed() -> None:
     tasks = [ended(f"t{number}", float(number)) for number in range(MOST_ENDED + 2)]
     assert sorted(obsolete(tasks, 2000.0)) == ["t0", "t1"]
+
+
+async def test_changes_of_tasks_are_reported_once(hall: Hall) -> None:
+    heard: list[tuple[str, str, str, str]] = []
+
+    def changed(user: str, map_id: str, task: Task) -> None:
+        heard.append((user, map_id, task.id, task.state))
+
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, changed=changed)
+    place = hall.connect("tb1")
+    hall.add("t1", 1.0)
+    hall.add("t2", 9.0, priority=-1)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert heard == [("ann", "house", "t1", "assigned")]
+    kept = hall.store.task("ann", "house", "t2")
+    hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, state="cancelled")))
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    ends(place, "task-t1-0-0", Status.SUCCEEDED)
+    await hall.after()
+    assert heard[1:] == [("ann", "house", "t2", "cancelled"), ("ann", "house", "t1", "done")]
+
+
+async def test_ended_tasks_are_kept_for_the_time_that_is_set(hall: Hall) -> None:
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, kept_for=10.0)
+    hall.add("t1", 1.0, state="done", ended=hall.clock())
+    await hall.after(9.0)
+    assert hall.store.tasks("ann", "house")
+    await hall.news.changed("ann", "house")
+    await hall.after(2.0)
+    assert hall.store.tasks("ann", "house") == []
