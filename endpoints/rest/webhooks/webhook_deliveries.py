@@ -20,7 +20,7 @@ from ppaas.errors import Conflict
 from storage.ports import Store
 from storage.webhooks.records import DeliveryState, WebhookDelivery
 
-router = APIRouter(prefix="/webhooks/{webhook_id}/deliveries", tags=["webhooks"], route_class=StrictRoute)
+router = APIRouter(prefix="/webhooks/{webhook_id}", tags=["webhooks"], route_class=StrictRoute)
 
 READ_AT_ONCE = 128
 """Deliveries that are read from the store at once."""
@@ -56,7 +56,7 @@ class DeliveryPaging(Paging):
         return self._state in (None, record.state)
 
 
-@router.get("", response_model=Page[DeliveryAnswer], responses=KNOWN | problems(404))
+@router.get("/deliveries", response_model=Page[DeliveryAnswer], responses=KNOWN | problems(404))
 async def list_deliveries(
     webhook_id: WebhookId, services: Provided, user: Caller, paging: Annotated[DeliveryPaging, Depends()]
 ) -> dict[str, Any]:
@@ -67,7 +67,7 @@ async def list_deliveries(
     return paging.page([DeliveryAnswer.of(record) for record in found], lambda answer: answer.id)
 
 
-@router.post("/{delivery_id}/replay", response_model=DeliveryAnswer, responses=KNOWN | problems(404, 409))
+@router.post("/deliveries/{delivery_id}/replay", response_model=DeliveryAnswer, responses=KNOWN | problems(404, 409))
 async def replay_delivery(
     webhook_id: WebhookId, delivery_id: DeliveryId, services: Provided, user: Caller
 ) -> DeliveryAnswer:
@@ -90,7 +90,7 @@ async def replay_deliveries(webhook_id: WebhookId, services: Provided, user: Cal
     return ReplayAnswer(replayed=replayed)
 
 
-@router.delete("/{delivery_id}", status_code=204, responses=KNOWN | problems(404, 409))
+@router.delete("/deliveries/{delivery_id}", status_code=204, responses=KNOWN | problems(404, 409))
 async def remove_delivery(webhook_id: WebhookId, delivery_id: DeliveryId, services: Provided, user: Caller) -> None:
     """Remove a delivery that was given up."""
     record = await run_in_threadpool(services.store.delivery, user.id, webhook_id, delivery_id)

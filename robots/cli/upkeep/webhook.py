@@ -123,8 +123,8 @@ async def _deliveries(arguments: argparse.Namespace) -> None:
 
 
 async def _replay(arguments: argparse.Namespace) -> None:
-    one = () if arguments.delivery is None else (arguments.delivery,)
-    answer = await logged_in(arguments).post(path_of(ROOT, arguments.id, "deliveries", *one, "replay"), {})
+    one = () if arguments.delivery is None else ("deliveries", arguments.delivery)
+    answer = await logged_in(arguments).post(path_of(ROOT, arguments.id, *one, "replay"), {})
     if one or arguments.json:
         show(answer, DELIVERY_COLUMNS, as_json=arguments.json)
     else:

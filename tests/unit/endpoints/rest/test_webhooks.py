@@ -186,7 +186,7 @@ async def test_dead_deliveries_are_listed_replayed_and_discarded(
         await client.delete(f"{path}/msg_9", headers=ann),
     ):
         assert refused.status_code == 409
-    assert (await client.post(f"{path}/replay", headers=ann)).json() == {"replayed": 1}
+    assert (await client.post(f"{PATH}/{name}/replay", headers=ann)).json() == {"replayed": 1}
     assert (await client.get(path, headers=ann, params={"state": "dead"})).json()["items"] == []
     assert (await client.post(f"{path}/msg_7/replay", headers=ann)).status_code == 404
 
