@@ -59,6 +59,7 @@ class IdentityServer:
     answers: dict[str, Response] = field(default_factory=dict)
     codes: dict[str, dict[str, str]] = field(default_factory=dict)
     devices: dict[str, bool] = field(default_factory=dict)
+    expires_in: float = 60.0
     asked: list[str] = field(default_factory=list)
 
     def token(self, audience: str, **claims: Any) -> str:
@@ -115,7 +116,7 @@ class IdentityServer:
         return self.answers.get("device") or JSONResponse(
             {
                 "device_code": code, "user_code": "ABCD-EFGH", "verification_uri": f"{self.issuer}/activate",
-                "expires_in": 60, "interval": 0,
+                "expires_in": self.expires_in, "interval": 0,
             }
         )  # fmt: skip
 
