@@ -117,13 +117,14 @@ class OidcLogins:
             raise NotAuthenticated("another identity provider has sent you here: log in again")
         return await self._person_of(await self._provider.token_for_code(code, verifier), nonce)
 
-    async def begin_device(self) -> DeviceCode:
-        """Return codes for the login of a device; raises as `IdentityProvider.device_code`."""
-        return await self._provider.device_code()
+    async def begin_device(self) -> tuple[DeviceCode, str]:
+        """Return codes for the login of a device, and its verifier; raises as `IdentityProvider.device_code`."""
+        verifier = secrets.token_urlsafe(SECRET)
+        return await self._provider.device_code(verifier), verifier
 
-    async def by_device(self, device_code: str) -> Vouched:
+    async def by_device(self, device_code: str, verifier: str) -> Vouched:
         """Return the person of a device; ``LoginPending`` while nobody has logged in, else raises as `by_code`."""
-        return await self._person_of(await self._provider.token_for_device(device_code), None)
+        return await self._person_of(await self._provider.token_for_device(device_code, verifier), None)
 
     async def by_access_token(self, token: str) -> Vouched:
         """Return the person or program of an access token for this cloud, until it expires.

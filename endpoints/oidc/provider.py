@@ -12,6 +12,7 @@ import httpx2
 import msgspec
 from authlib.integrations.base_client import OAuthError
 from authlib.integrations.httpx_client import AsyncOAuth2Client
+from authlib.oauth2.rfc7636 import create_s256_code_challenge
 from joserfc.errors import JoseError
 from joserfc.jwk import JWKRegistry, KeySet
 
@@ -139,13 +140,18 @@ class IdentityProvider:
             redirect_uri=self._settings.redirect,
         )
 
-    async def token_for_device(self, code: str) -> Mapping[str, Any]:
+    async def token_for_device(self, code: str, verifier: str) -> Mapping[str, Any]:
         """Return the answer to a code of a device; `LoginPending` while its person has not logged in."""
         published = await self.published()
-        return await self._exchange(published.token_endpoint, grant_type=DEVICE_CODE, device_code=code)
+        return await self._exchange(
+            published.token_endpoint, grant_type=DEVICE_CODE, device_code=code, code_verifier=verifier
+        )
 
-    async def device_code(self) -> DeviceCode:
-        """Return codes for the login of a device; ``NotAuthenticated`` if the provider has no such logins."""
+    async def device_code(self, verifier: str) -> DeviceCode:
+        """Return codes for the login of a device; ``NotAuthenticated`` if the provider has no such logins.
+
+        It is sent with PKCE, too, which RFC 8628 lacks: Keycloak wants it of clients that must use PKCE.
+        """
         endpoint = (await self.published()).device_authorization_endpoint
         if endpoint is None:
             raise NotAuthenticated("this identity provider has no logins of devices: log in with a password")
@@ -153,7 +159,12 @@ class IdentityProvider:
             # What authenticates the client is the same as for tokens (RFC 8628, 3.1).
             answer = await client.post(
                 endpoint,
-                data={"client_id": self._settings.client_id, "scope": self._settings.scope},
+                data={
+                    "client_id": self._settings.client_id,
+                    "scope": self._settings.scope,
+                    "code_challenge": create_s256_code_challenge(verifier),
+                    "code_challenge_method": "S256",
+                },
                 auth=client.client_auth(client.token_endpoint_auth_method),
             )
             found = self._checked(answer)
@@ -177,7 +188,7 @@ class IdentityProvider:
             self._failure = self._clock(), error
             raise
         self._published, self._keys = published, keys
-        self._read = self._looked = self._clock()
+        self._read = self._clock()
         return published, keys
 
     def _own(self, found: Any) -> ProviderMetadata:

@@ -6,6 +6,7 @@ Each answers with an ordinary token of the cloud, so that nothing else has to kn
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING
 
+import msgspec
 from fastapi import APIRouter, Request, Response
 from starlette.responses import JSONResponse
 
@@ -65,7 +66,8 @@ async def log_in_by_code(given: CodeLogin, services: Provided, request: Request,
 async def begin_device_login(services: Provided, response: Response) -> object:
     """Begin the login of a device without a browser, such as a command line: its person logs in anywhere else."""
     _keep_secret(response)
-    return await _provider(services).begin_device()
+    code, verifier = await _provider(services).begin_device()
+    return msgspec.structs.asdict(code) | {"verifier": verifier}
 
 
 @router.post(
@@ -81,7 +83,7 @@ async def log_in_by_device(given: DeviceLogin, services: Provided, request: Requ
     _keep_secret(response)
     provider = _provider(services)
     try:
-        return await _log_in(provider.by_device(given.device_code), services, request)
+        return await _log_in(provider.by_device(given.device_code, given.verifier), services, request)
     except LoginPending as pending:
         return JSONResponse({"slower": pending.slower}, status_code=202, headers={"Cache-Control": "no-store"})
 

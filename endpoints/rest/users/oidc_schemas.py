@@ -44,6 +44,7 @@ class DeviceCodeAnswer(ResponseBody):
     """Login of a device that begins: its person enters a code at the provider."""
 
     device_code: str = Field(description="For the end of the login")
+    verifier: str = Field(description="For the end of the login (PKCE)")
     user_code: str = Field(description="What the person enters")
     verification_uri: str = Field(description="Where")
     verification_uri_complete: str | None = Field(description="The same address with the code, if the provider has it")
@@ -55,6 +56,7 @@ class DeviceLogin(RequestBody):
     """End of the login of a device."""
 
     device_code: Code
+    verifier: Kept
 
 
 class LoginPendingAnswer(ResponseBody):

@@ -73,7 +73,7 @@ async def _by_device(client: Any) -> dict[str, Any]:
     while monotonic() < until:
         await asyncio.sleep(interval)
         answer: dict[str, Any] = await client.post(
-            path_of("oidc", "device-tokens"), {"device_code": code["device_code"]}
+            path_of("oidc", "device-tokens"), {name: code[name] for name in ("device_code", "verifier")}
         )
         if "token" in answer:
             return answer

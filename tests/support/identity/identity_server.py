@@ -59,6 +59,7 @@ class IdentityServer:
     answers: dict[str, Response] = field(default_factory=dict)
     codes: dict[str, dict[str, str]] = field(default_factory=dict)
     devices: dict[str, bool] = field(default_factory=dict)
+    challenges: dict[str, str] = field(default_factory=dict)
     expires_in: float = 60.0
     asked: list[str] = field(default_factory=list)
 
@@ -111,8 +112,9 @@ class IdentityServer:
 
     async def _device(self, request: Request) -> Response:
         assert self._is_client(request)
-        code = secrets.token_urlsafe(16)
+        code, form = secrets.token_urlsafe(16), await request.form()
         self.devices[code] = False
+        self.challenges[code] = str(form["code_challenge"])
         return self.answers.get("device") or JSONResponse(
             {
                 "device_code": code, "user_code": "ABCD-EFGH", "verification_uri": f"{self.issuer}/activate",
@@ -140,6 +142,8 @@ class IdentityServer:
     def _of_device(self, form: dict[str, str]) -> Response:
         if form["device_code"] not in self.devices:
             return _problem("expired_token")
+        if challenge(form["code_verifier"]) != self.challenges[form["device_code"]]:
+            return _problem("invalid_grant")
         return self._tokens() if self.devices[form["device_code"]] else _problem("authorization_pending")
 
     def _tokens(self, **claims: Any) -> Response:

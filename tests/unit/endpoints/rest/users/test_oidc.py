@@ -299,7 +299,6 @@ async def test_a_new_key_is_looked_for_once_in_a_while(
     web: httpx.AsyncClient, idp: IdentityServer, monotonic: ManualClock
 ) -> None:
     await by_browser(web)
-    monotonic.advance(PAUSE)
     idp.keys.append(new_key("second"))
     assert (await by_program(web, idp.token(AUDIENCE))).status_code == 201
     assert idp.asked.count("keys") == 2
@@ -308,6 +307,10 @@ async def test_a_new_key_is_looked_for_once_in_a_while(
         forged = idp.signed({"iss": idp.issuer}, invented)
         problem_of(await by_program(web, forged), 401, "not-authenticated")
     assert idp.asked.count("keys") == 2, "who invents keys does not make the cloud ask each time"
+    idp.keys.append(new_key("third"))
+    problem_of(await by_program(web, idp.token(AUDIENCE)), 401, "not-authenticated")
+    monotonic.advance(PAUSE)
+    assert (await by_program(web, idp.token(AUDIENCE))).status_code == 201
 
 
 async def test_a_withdrawn_key_is_taken_for_an_hour_at_most(
@@ -430,3 +433,54 @@ async def test_logins_and_refusals_are_in_the_audit_log_without_secrets(
     assert events[0].details["subject"] == "id-of-ann" and events[0].details["created"] is True
     text = str([msgspec.to_builtins(event) for event in recorded])
     assert "verifier" not in text and SECRET not in text and "eyJ" not in text
+
+
+# Devices.
+
+
+async def test_a_device_waits_for_its_person_without_filling_the_audit_log(
+    web: httpx.AsyncClient, idp: IdentityServer, services: Services
+) -> None:
+    begun = await web.post("/v1/oidc/devices")
+    assert begun.status_code == 201 and begun.headers["cache-control"] == "no-store"
+    body = {name: begun.json()[name] for name in ("device_code", "verifier")}
+    for _ in range(3):
+        waiting = await web.post("/v1/oidc/device-tokens", json=body)
+        assert (waiting.status_code, waiting.json()) == (202, {"slower": False})
+    idp.answers["token"] = JSONResponse({"error": "slow_down"}, status_code=400)
+    assert (await web.post("/v1/oidc/device-tokens", json=body)).json() == {"slower": True}
+    del idp.answers["token"]
+    idp.devices = dict.fromkeys(idp.devices, True)
+    other = await web.post("/v1/oidc/device-tokens", json=body | {"verifier": "v" * 43})
+    problem_of(other, 401, "not-authenticated")
+    login = await web.post("/v1/oidc/device-tokens", json=body)
+    assert login.status_code == 201 and login.json()["user"] == "ann"
+    actions = [event.outcome for event in services.audit.read(AuditQuery()) if event.action == "log_in_by_device"]
+    assert actions == ["ok", "refused"]
+
+
+@pytest.mark.parametrize("error", ["access_denied", "expired_token"])
+async def test_a_device_that_is_refused_is_told_to_begin_again(
+    web: httpx.AsyncClient, idp: IdentityServer, error: str
+) -> None:
+    begun = (await web.post("/v1/oidc/devices")).json()
+    idp.answers["token"] = JSONResponse(
+        {"error": error, "error_description": "no\x1b[31m" + "x" * 999}, status_code=400
+    )
+    body = {name: begun[name] for name in ("device_code", "verifier")}
+    problem = problem_of(await web.post("/v1/oidc/device-tokens", json=body), 401, "not-authenticated")
+    assert error in problem["detail"] and "begin again" in problem["detail"]
+    assert "\x1b" not in problem["detail"] and len(problem["detail"]) < 300
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [{"user_code": "A"}, {"verification_uri": "javascript:alert(1)"}, {"expires_in": "soon"}],
+    ids=["incomplete", "unsafe", "no number"],
+)
+async def test_a_strange_answer_to_a_device_is_refused(
+    web: httpx.AsyncClient, idp: IdentityServer, answer: dict[str, Any]
+) -> None:
+    whole = {"device_code": "d", "user_code": "u", "verification_uri": idp.issuer, "expires_in": 60}
+    idp.answers["device"] = JSONResponse(answer if "user_code" in answer else whole | answer)
+    problem_of(await web.post("/v1/oidc/devices"), 503, "unavailable")
