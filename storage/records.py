@@ -7,7 +7,7 @@ import msgspec
 from ppaas.errors import Conflict, InvalidInput
 from ppaas.tasks.records import Task
 from storage.names import check_name
-from storage.sharing_records import Share, TokenScope
+from storage.sharing_records import ProvidedIdentity, Share, TokenScope
 
 Role = Literal["admin", "user"]
 
@@ -27,13 +27,6 @@ class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
     plans_per_minute: int | None = None
     stored_bytes: int | None = None
     versions_per_map: int | None = None
-
-
-class ProvidedIdentity(msgspec.Struct, frozen=True):
-    """Somebody for whom an identity provider vouches: its URL, and the subject, which is nobody else's ever there."""
-
-    issuer: str
-    subject: str
 
 
 class User(msgspec.Struct, frozen=True):

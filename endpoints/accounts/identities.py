@@ -13,7 +13,8 @@ from endpoints.accounts.user_turns import UserTurns, in_turn
 from ppaas.clock import Clock
 from ppaas.errors import Conflict, NotAuthenticated, NotFound
 from storage.ports import UserStore
-from storage.records import ProvidedIdentity, Role, User
+from storage.records import Role, User
+from storage.sharing_records import ProvidedIdentity
 
 logger = logging.getLogger(__name__)
 
@@ -21,7 +22,7 @@ PROVIDED = "provided:"
 """Prefix of the password hash of a user without a password: no password has it."""
 
 RESERVED = frozenset({"admin", "me"})
-"""Names that no identity gets: the administrator of whoever runs the cloud, and the alias of the caller."""
+"""Names that no identity gets: the administrator who has the password of the cloud, and the alias of the caller."""
 
 PAGE = 500
 

@@ -141,9 +141,10 @@ class OidcLogins:
         if not self._settings.audience:
             raise NotAuthenticated("this cloud takes no access tokens of its identity provider (--oidc-audience)")
         claims = await self._signed(token, TYPES_OF_ACCESS)
-        check_access_token(claims, self._settings, self._clock())
-        left = max(1.0, claims["exp"] - self._clock())
-        return Vouched(person_of(claims, self._settings, is_program=True), min(left, self._settings.session))
+        now = self._clock()
+        check_access_token(claims, self._settings, now)
+        until = min(claims["exp"], now + self._settings.session)  # before the difference: it may be any number
+        return Vouched(person_of(claims, self._settings, is_program=True), max(1.0, until - now))
 
     async def _person_of(self, answer: Mapping[str, Any], nonce: str | None) -> Vouched:
         token = answer.get("id_token")

@@ -8,7 +8,7 @@ from typing import Any
 from endpoints.oidc.settings import OidcSettings, ProvidedRole
 from ppaas.errors import NotAuthenticated, NotPermitted
 from storage.names import is_name
-from storage.records import ProvidedIdentity
+from storage.sharing_records import ProvidedIdentity
 
 MAX_NAME = 64
 

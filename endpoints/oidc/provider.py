@@ -31,7 +31,7 @@ RETRY = 2.0
 """Time for which the provider is not asked again after it could not be read [s]: logins fail at once, not in a row."""
 
 PAUSE = 30.0
-"""Least time between two looks for a new key [s]: whoever sends tokens with invented keys causes no more."""
+"""Least time between two looks for a new key [s]: tokens with invented keys cause no more."""
 
 WHOLE = 10.0
 """Time limit of an exchange as a whole [s]."""
@@ -46,7 +46,7 @@ WELL_KNOWN = "/.well-known/openid-configuration"
 DEVICE_CODE = "urn:ietf:params:oauth:grant-type:device_code"
 
 _KEY_TYPES = frozenset({"RSA", "EC", "OKP"})
-"""Types of keys that are taken from a provider: with a secret as a key, whoever can read it could sign."""
+"""Types of keys that are taken from a provider: with a secret as a key, its readers could sign."""
 
 _UNFINISHED = frozenset({"authorization_pending", "slow_down"})
 """Answers to a device whose person has not logged in yet (RFC 8628, 3.5)."""

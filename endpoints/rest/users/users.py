@@ -29,7 +29,8 @@ from endpoints.rest.users.schemas import (
 from engine.control.views import UserUsage
 from engine.master.quotas import QUOTAS
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
-from storage.records import ProvidedIdentity, User
+from storage.records import User
+from storage.sharing_records import ProvidedIdentity
 
 router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 

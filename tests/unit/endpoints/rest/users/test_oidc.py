@@ -20,7 +20,7 @@ from endpoints.oidc.provider import PAUSE, IdentityProvider
 from endpoints.oidc.settings import OidcSettings
 from endpoints.resources.services import Services
 from ppaas.clock import ManualClock
-from storage.records import ProvidedIdentity
+from storage.sharing_records import ProvidedIdentity
 from tests.support.endpoints.problems import problem_of
 from tests.support.identity.identity_server import AUDIENCE, CLIENT, SECRET, IdentityServer, identity_server, new_key
 from tests.unit.endpoints.conftest import PASSWORD, LogIn
@@ -275,6 +275,8 @@ async def test_a_program_gets_a_token_that_lives_as_long_as_its_own(
     assert login.status_code == 201, login.text
     assert login.json()["user"] == "fleet" and login.json()["logout_url"] is None
     assert 0 < login.json()["expires"] - 1_000_000.0 <= 300
+    endless = await by_program(web, idp.token(AUDIENCE, exp=10**400))
+    assert endless.json()["expires"] - 1_000_000.0 == pytest.approx(12 * 3600)
 
 
 @pytest.mark.parametrize("audience", [CLIENT, "account", "another service"])
