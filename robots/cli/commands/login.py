@@ -1,7 +1,6 @@
 """Command ``ppaas login``: obtains a token."""
 
 import argparse
-import asyncio
 import sys
 from pathlib import Path
 from typing import Any
@@ -66,6 +65,8 @@ async def _login(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 async def _by_device(client: Any) -> dict[str, Any]:
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     code = await client.post(path_of("oidc", "devices"), {})
     where = code["verification_uri_complete"] or code["verification_uri"]
     sys.stderr.write(f"open {printable(where)} and log in; the code is {printable(code['user_code'])}\n")

@@ -5,7 +5,7 @@ import dataclasses
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from urllib.parse import parse_qs, urlsplit
 
 import httpx
@@ -20,6 +20,7 @@ from endpoints.oidc.provider import PAUSE, IdentityProvider
 from endpoints.oidc.settings import OidcSettings
 from endpoints.resources.services import Services
 from ppaas.clock import ManualClock
+from ppaas.errors import Unavailable
 from storage.sharing_records import ProvidedIdentity
 from tests.support.endpoints.problems import problem_of
 from tests.support.identity.identity_server import AUDIENCE, CLIENT, SECRET, IdentityServer, identity_server, new_key
@@ -416,6 +417,16 @@ async def test_a_wrong_secret_of_the_client_is_the_operators_fault(web: httpx.As
     assert str(secret) not in json.dumps(problem)
     change(secret, SECRET)
     assert (await by_browser(web)).status_code == 201, "the secret may be replaced while the cloud runs"
+
+
+async def test_a_store_that_fails_makes_logins_unavailable(
+    web: httpx.AsyncClient, idp: IdentityServer, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_user: str) -> NoReturn:
+        raise Unavailable("the disk is full: free space")
+
+    monkeypatch.setattr(services.store, "user", fail)
+    assert "free space" in problem_of(await by_browser(web), 503, "unavailable")["detail"]
 
 
 # Audit log.
