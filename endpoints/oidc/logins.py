@@ -77,8 +77,11 @@ class OidcLogins:
         """Name of the provider."""
         return self._settings.shown_name
 
-    async def begin(self) -> LoginStart:
-        """Return the start of the login of a browser; ``Unavailable`` if the provider does not answer."""
+    async def begin(self, *, again: bool = False) -> LoginStart:
+        """Return the start of the login of a browser; ``Unavailable`` if the provider does not answer.
+
+        With ``again`` the provider asks who it is, also somebody who has logged in there.
+        """
         published = await self._provider.published()
         verifier, nonce, state = (secrets.token_urlsafe(SECRET) for _ in range(3))
         client = AsyncOAuth2Client(
@@ -87,8 +90,9 @@ class OidcLogins:
             scope=self._settings.scope,
             code_challenge_method="S256",
         )
+        asked = {"prompt": "login"} if again else {}
         url, _ = client.create_authorization_url(
-            published.authorization_endpoint, state=state, nonce=nonce, code_verifier=verifier
+            published.authorization_endpoint, state=state, nonce=nonce, code_verifier=verifier, **asked
         )
         return LoginStart(url, state, nonce, verifier)
 

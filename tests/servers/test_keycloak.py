@@ -72,6 +72,8 @@ async def test_a_person_logs_in_and_out_in_the_browser(cloud: RunningCloud, brow
         await expect(page.locator("#password")).to_be_visible()  # the login at the provider has ended, too
         await log_in(page, "eve")
         await expect(page.get_by_role("alert").first).to_contain_text("none of your groups may use this cloud")
+        await page.get_by_role("button", name="Sign in with the lab").click()
+        await expect(page.locator("#password")).to_be_visible()  # she may have another account there
         await page.goto(f"{cloud.url}/dashboard/?state=forged&code=forged")
         await expect(page.get_by_role("alert").first).to_contain_text("not begun in this tab")
     await context.close()

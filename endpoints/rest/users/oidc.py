@@ -4,10 +4,10 @@ Each answers with an ordinary token of the cloud, so that nothing else has to kn
 """
 
 from collections.abc import Awaitable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from starlette.responses import JSONResponse
 
 from endpoints.accounts.authentication import note_caller
@@ -48,10 +48,14 @@ async def show_provider(services: Provided) -> ProviderAnswer:
 
 
 @router.post("/logins", status_code=201, response_model=LoginStartAnswer, responses=problems(404))
-async def begin_login(services: Provided, response: Response) -> object:
+async def begin_login(
+    services: Provided,
+    response: Response,
+    again: Annotated[bool, Query(description="have the provider ask who it is, for another account there")] = False,
+) -> object:
     """Begin the login of a browser, which goes to the provider next."""
     _keep_secret(response)
-    return await _provider(services).begin()
+    return await _provider(services).begin(again=again)
 
 
 @router.post("/codes", status_code=201, response_model=ProvidedToken, responses=_LOGIN)

@@ -68,9 +68,13 @@ export async function providerName() {
   return (await ask("v1/oidc", {}, json)).name;
 }
 
-/** Begin a login with it. @returns {Promise<{url: string, state: string, nonce: string, verifier: string}>} */
-export function beginLogin() {
-  return ask("v1/oidc/logins", { method: "POST" }, json);
+/**
+ * Begin a login with it.
+ * @param {boolean} again whether it asks who it is, also somebody who has logged in there
+ * @returns {Promise<{url: string, state: string, nonce: string, verifier: string}>}
+ */
+export function beginLogin(again) {
+  return ask(`v1/oidc/logins?again=${again}`, { method: "POST" }, json);
 }
 
 /** End it. @param {object} login @returns {Promise<{token: string, logout_url: string | null}>} */

@@ -6,6 +6,8 @@ import { beginLogin, endLogin, providerName } from "./rest.js";
 
 const KEY = "ppaas-sign-in";
 
+let refused = false; // who was refused may have another account there
+
 /** What the provider has put into the address, once: a reload must not repeat it. @returns {URLSearchParams | null} */
 export function takeReturn() {
   const found = new URLSearchParams(location.search);
@@ -20,6 +22,7 @@ export function takeReturn() {
  * @returns {Promise<{token: string, logout_url: string | null}>}
  */
 export async function endSignIn(found) {
+  refused = true;
   const begun = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
   sessionStorage.removeItem(KEY);
   if (!begun || begun.state !== found.get("state")) {
@@ -29,12 +32,14 @@ export async function endSignIn(found) {
     throw new Error(`the identity provider refused: ${found.get("error_description") ?? found.get("error")}`);
   }
   const { nonce, verifier } = begun;
-  return endLogin({ code: found.get("code"), nonce, verifier, ...(found.has("iss") && { iss: found.get("iss") }) });
+  const login = await endLogin({ code: found.get("code"), nonce, verifier, ...(found.has("iss") && { iss: found.get("iss") }) });
+  refused = false;
+  return login;
 }
 
 /** Go to the provider. */
 async function leave() {
-  const { url, ...kept } = await beginLogin();
+  const { url, ...kept } = await beginLogin(refused);
   sessionStorage.setItem(KEY, JSON.stringify(kept));
   location.assign(url);
 }

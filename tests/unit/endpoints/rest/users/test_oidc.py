@@ -122,7 +122,8 @@ async def test_the_address_at_the_provider_has_pkce_and_the_redirect_of_the_sett
     assert query["redirect_uri"] == [f"{CLOUD}/dashboard/"]
     assert (query["code_challenge_method"], query["response_type"]) == (["S256"], ["code"])
     assert len(query["code_challenge"][0]) == 43 and query["scope"] == ["openid profile"]
-    other = (await web.post("/v1/oidc/logins")).json()
+    other = (await web.post("/v1/oidc/logins?again=true")).json()
+    assert "prompt" not in query and parse_qs(urlsplit(other["url"]).query)["prompt"] == ["login"]
     assert {"state", "nonce", "verifier", "url"} == other.keys()
     assert parse_qs(urlsplit(other["url"]).query)["state"] != query["state"]
 
