@@ -118,7 +118,7 @@ def provider_settings(arguments: argparse.Namespace) -> OidcSettings | None:
         return None
     missing = [f"--oidc-{name.replace('_', '-')}" for name in NEEDED if not given[name]]
     if missing:
-        advice = ": '*=user' lets in everybody whom the provider knows" if "--oidc-role" in missing else ""
+        advice = "; --oidc-role '*=user' lets in everybody whom the provider knows" if "--oidc-role" in missing else ""
         raise InvalidInput(f"a login with an identity provider needs {', '.join(missing)}, too{advice}")
     if given["audience"] == given["client_id"]:
         # Tokens that say who somebody is have the client as their audience: they would be taken as rights.
