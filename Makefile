@@ -102,7 +102,7 @@ test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(ARM)/usr ## D
 		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
 	$(BIN)/python -m pytest -m clients -o testpaths="$(WITH_CLIENTS)" $(PYTEST_ARGS)
 
-test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
+test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle, and a real Keycloak (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
 	@$(BIN)/python -m tests.servers.jars
 	$(BIN)/python -m pytest -m servers -o testpaths="$(SERVERS)" $(PYTEST_ARGS)

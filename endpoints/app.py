@@ -39,7 +39,7 @@ from endpoints.rest.robots import (
     robot_urdf,
     robots,
 )
-from endpoints.rest.users import groups, tokens, users
+from endpoints.rest.users import groups, oidc, tokens, users
 from endpoints.rest.webhooks import webhook_deliveries, webhooks
 from ppaas import __version__
 
@@ -60,6 +60,7 @@ RESOURCES = (
     planning,
     fleet_plans,
     tokens,
+    oidc,
     users,
     groups,
     maps,
@@ -115,6 +116,10 @@ OPERATIONS: Final = tuple(
 """Paths of the REST service, with the methods of each route."""
 
 
+LOGINS = (tokens.PATH, *oidc.PATHS)
+"""Paths whose bodies are read before their sender is authenticated."""
+
+
 class Application(FastAPI):
     """FastAPI application behind the limits of bodies and the fast path of path requests.
 
@@ -126,7 +131,7 @@ class Application(FastAPI):
         limits = services.limits
         posts = {
             f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds),
-            f"{PREFIX}{tokens.PATH}": BodyLimits(limits.max_login, limits.max_body_seconds),
+            **{f"{PREFIX}{path}": BodyLimits(limits.max_login, limits.max_body_seconds) for path in LOGINS},
         }
         fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
         bodies = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), posts)

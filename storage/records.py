@@ -7,7 +7,7 @@ import msgspec
 from ppaas.errors import Conflict, InvalidInput
 from ppaas.tasks.records import Task
 from storage.names import check_name
-from storage.sharing_records import Share, TokenScope
+from storage.sharing_records import ProvidedIdentity, Share, TokenScope
 
 Role = Literal["admin", "user"]
 
@@ -36,7 +36,8 @@ class User(msgspec.Struct, frozen=True):
     in; a group exists while a user is in it. ``rapyuta_hash`` is the argon2id hash of the SHA-256 hash of a password by
     which robots of Rapyuta log in; empty if none may. ``since`` is the time at which the user was created [s since the
     epoch]: what is older is of a former user of the id. A user who is ``leaving`` has no rights any more, and the id is
-    free once all that names the user is removed.
+    free once all that names the user is removed. ``identity`` is who logs in as this user with an identity provider;
+    None if nobody does.
     """
 
     id: str
@@ -47,6 +48,7 @@ class User(msgspec.Struct, frozen=True):
     rapyuta_hash: str = ""
     since: float = 0.0
     leaving: bool = False
+    identity: ProvidedIdentity | None = None
 
 
 class Token(msgspec.Struct, frozen=True):

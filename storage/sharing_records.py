@@ -1,4 +1,4 @@
-"""Records of sharing: roles on robots, what a robot is shared for with whom, and scopes of tokens."""
+"""Records of sharing: roles on robots, what a robot is shared for with whom, scopes of tokens, identities of users."""
 
 from typing import Literal, get_args
 
@@ -81,3 +81,10 @@ def check_grantee(text: str) -> str:
 def grantees_of(user: str, groups: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names under which robots are shared with a user: the id, and the user's groups."""
     return user, *(GROUP + group for group in groups)
+
+
+class ProvidedIdentity(msgspec.Struct, frozen=True):
+    """Somebody for whom an identity provider vouches: its URL, and the subject, which is nobody else's ever there."""
+
+    issuer: str
+    subject: str

@@ -9,6 +9,7 @@ import msgspec
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.fair_queue import RequestOrigin
+from endpoints.accounts.identities import Identities
 from endpoints.accounts.passwords import Passwords, RapyutaPasswords
 from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.tokens import TOKEN_LIFETIME, IssuedToken, TokenCache, Tokens, received_token_id
@@ -65,6 +66,8 @@ class Accounts:
     ----------
     rapyuta : RapyutaPasswords
         Passwords of users for robots that log in by the protocol of Rapyuta.
+    identities : Identities
+        Users who log in with an identity provider.
     """
 
     def __init__(
@@ -86,6 +89,7 @@ class Accounts:
         self.rapyuta = RapyutaPasswords(
             store, self._passwords, tokens=self._tokens, logins=self._logins, turns=self._turns
         )
+        self.identities = Identities(store, self._tokens, self._turns, clock)
 
     async def refuse(self, tokens: Iterable[RefusedToken]) -> None:
         """Refuse tokens that were revoked before a restart of the cloud, and remove them from the store."""
@@ -272,7 +276,8 @@ class Accounts:
         NotFound
             The user does not exist.
         """
-        gone = {"leaving": True, "password_hash": f"{LEFT}{secrets.token_hex(16)}", "rapyuta_hash": ""}
+        left = f"{LEFT}{secrets.token_hex(16)}"
+        gone = {"leaving": True, "password_hash": left, "rapyuta_hash": "", "identity": None}
         try:
             await self._tokens.drop_kept(user_id)
             await in_turn(self._turns, user_id, lambda _: self._change(user_id, gone, {}, None, None))

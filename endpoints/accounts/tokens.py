@@ -208,13 +208,17 @@ class Tokens:
         """Stop to remove revoked tokens from the store."""
         self._revocations.close()
 
-    async def issue(self, user_id: str) -> IssuedToken:
-        """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
+    async def issue(self, user_id: str, lifetime: float | None = None) -> IssuedToken:
+        """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk.
+
+        ``lifetime`` is its own, if it has one [s].
+        """
         now, text = self._clock(), _new_text()
+        lifetime = self._lifetime if lifetime is None else lifetime
         try:
-            return await run_in_threadpool(self._store_new, text, user_id, now)
+            return await run_in_threadpool(self._store_new, IssuedToken(text, now + lifetime), user_id, now)
         except Unavailable as error:
-            login = IssuedToken(text, now + min(self._lifetime, UNSAVED_LIFETIME))
+            login = IssuedToken(text, now + min(lifetime, UNSAVED_LIFETIME))
             await self._logins.keep_token(Token(login.id, user_id, login.expires, now))
             logger.warning("the token of user %r is kept in memory for %g s: %s", user_id, login.expires - now, error)
             return login
@@ -280,8 +284,7 @@ class Tokens:
         """Drop all users from the cache of this process."""
         self._cache.drop_all()
 
-    def _store_new(self, text: str, user_id: str, now: float) -> IssuedToken:
-        login = IssuedToken(text, now + self._lifetime)
+    def _store_new(self, login: IssuedToken, user_id: str, now: float) -> IssuedToken:
         self._store.add_token(Token(login.id, user_id, login.expires, now))
         with contextlib.suppress(Unavailable):  # a later login removes them
             self._store.remove_tokens(expired_before=now)

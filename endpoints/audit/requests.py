@@ -39,7 +39,7 @@ TOKEN_SHOWN = 12
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "create_token": ("name", "robots", "role", "publish", "subscribe", "expires_in"),
     "create_user": ("id", "role", "groups"),
-    "change_user": ("role", "password", "limits", "rapyuta_password", "groups"),
+    "change_user": ("role", "password", "limits", "rapyuta_password", "groups", "identity"),
     "put_group": ("members",),
     "share_robot": ("role", "publish", "subscribe"),
     "change_map": ("readers", "description", "traffic"),
@@ -168,6 +168,9 @@ READING = frozenset({"GET", "HEAD", "OPTIONS"})
 COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones"})
 """Operations by POST that change nothing."""
 
+POLLING = frozenset({"log_in_by_device"})
+"""Operations that are repeated while their answer is 202, which is not recorded."""
+
 NO_RIGHT = frozenset({401, 403})
 """Statuses that are recorded for every operation."""
 
@@ -215,6 +218,7 @@ class AuditedRequests:
     def _record(self, scope: Scope, status: int) -> None:
         action = getattr(scope.get("route"), "name", "")
         changes = scope["method"] not in READING and action not in COMPUTING
+        changes = changes and not (status == 202 and action in POLLING)
         if action and (changes or status in NO_RIGHT):
             fields = recorded_fields(action, parsed_body(scope)) | noted_details(scope)
             self._log.record(_event(scope, action, status, named_object(scope), fields))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from endpoints.cli import oidc_options
 from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
 from ppaas.bounded import whole
 from ppaas.errors import InvalidInput
@@ -36,6 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate in PEM, to serve HTTPS; read again")
     parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
     _add_front(parser)
+    oidc_options.add(parser)
     _add_connections(parser)
     parser.add_argument(
         "--docs-site",

@@ -4,6 +4,7 @@ import argparse
 
 import msgspec
 
+from endpoints.oidc.settings import OidcSettings, provider_settings
 from engine.master.quotas import Quota
 
 
@@ -34,6 +35,8 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
         Folder of the documentation site; empty for that of a checkout.
     max_connections, max_connections_per_address : int, optional
         Limits of connections of this process.
+    oidc : OidcSettings, optional
+        Login with an identity provider; None if the cloud has none.
     """
 
     host: str
@@ -52,6 +55,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
     docs_site: str = ""
     max_connections: int | None
     max_connections_per_address: int | None
+    oidc: OidcSettings | None = None
 
 
 def front_config(
@@ -75,6 +79,7 @@ def front_config(
         docs_site=str(arguments.docs_site.resolve()) if arguments.docs_site else "",
         max_connections=arguments.max_connections,
         max_connections_per_address=arguments.max_connections_per_address,
+        oidc=provider_settings(arguments),
     )
 
 

@@ -45,6 +45,7 @@ from storage.urls.opening import open_map_store, open_store
 
 if TYPE_CHECKING:
     from endpoints.cloud_processes.joined import JoinedEndpoint
+    from endpoints.oidc.logins import OidcLogins
 
 logger = logging.getLogger(__name__)
 
@@ -149,6 +150,14 @@ async def _composed(
     return web, endpoint
 
 
+def _oidc(front: FrontConfig) -> "OidcLogins | None":
+    if front.oidc is None:
+        return None
+    from endpoints.oidc.logins import OidcLogins  # noqa: PLC0415 - imports authlib, of an extra
+
+    return OidcLogins(front.oidc)
+
+
 def _settings(front: FrontConfig) -> FrontSettings:
     site = Path(front.docs_site) if front.docs_site else None
     return FrontSettings(front.root_path, front.trusted_proxy, front.allow_origin, docs_site=site)
@@ -183,6 +192,7 @@ async def _services(
         audit=await _audit(config, far_folder, stack),
         webhooks=remote(WebhookCalls, endpoint.master),
         retention=remote(RetentionCalls, endpoint.master),
+        oidc=_oidc(config.front),
         endpoint=config.name,
     )
     stack.push_async_callback(services.plan_writer.close)

@@ -30,6 +30,7 @@ from endpoints.http.connection_table import raise_file_limit
 from endpoints.http.tls import server_tls, warn_if_open_to_others
 from endpoints.listeners import url_of
 from endpoints.metrics.snapshot import CloudSnapshots
+from endpoints.oidc.settings import provider_settings
 from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
 from endpoints.retention.calls import RetentionCalls
@@ -117,6 +118,7 @@ def run_server(arguments: argparse.Namespace) -> int:
         check_installed()
     if arguments.metrics is not None:
         _check_metrics_installed()
+    provider_settings(arguments)  # reports what is missing before anything starts
     settle_stores(arguments)
     try:
         make_private_folder(arguments.data)

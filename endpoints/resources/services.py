@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from starlette.concurrency import run_in_threadpool
 
@@ -32,6 +32,9 @@ from storage.ports import MapStore, Store
 from storage.recordings import RecordingsFolder
 from storage.records import MapRecord
 from storage.store_cache import LIFETIME, PATIENCE, SIZE, StoreCache
+
+if TYPE_CHECKING:
+    from endpoints.oidc.logins import OidcLogins
 
 MIB = 1 << 20
 
@@ -179,6 +182,8 @@ class Services:
     """Retention in the process of the master; None if there is none to call."""
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)
+    oidc: "OidcLogins | None" = None
+    """Logins with the identity provider of the cloud, if it has one."""
     endpoint: str = ""
     """Name of this endpoint; empty in the process of the master, which serves no REST."""
 

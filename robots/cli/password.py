@@ -34,8 +34,22 @@ def read_password(user: str, file: Path | None) -> str:
     return password
 
 
+def read_secret(kind: str, file: Path) -> str:
+    """Read a secret from a file, or from standard input if it is ``-``.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read or is empty.
+    """
+    secret = sys.stdin.read().strip() if str(file) == "-" else _read(file)
+    if not secret:
+        raise InvalidInput(f"the {kind} in {file} is empty")
+    return secret
+
+
 def _read(file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8-sig").strip()  # editors of Windows write a byte-order mark
     except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot read the password file: {error}") from error
+        raise InvalidInput(f"cannot read {file}: {error}") from error

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from storage.hdfs.store import HdfsMapStore
     from tests.servers.cassandra_server import CassandraServer
     from tests.servers.hdfs_server import HdfsServer
+    from tests.servers.keycloak_server import KeycloakServer
     from tests.servers.s3_server import S3Server
 
 
@@ -104,3 +105,11 @@ def s3_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[S3Server]":
     from tests.servers.s3_server import S3Server
 
     yield from _running(S3Server, "S3", tmp_path_factory.mktemp("s3"))
+
+
+@pytest.fixture(scope="session")
+def keycloak_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[KeycloakServer]":
+    """Return a running Keycloak, or skip if it is not installed."""
+    from tests.servers.keycloak_server import KeycloakServer
+
+    yield from _running(KeycloakServer, "Keycloak", tmp_path_factory.mktemp("keycloak"))

@@ -13,7 +13,7 @@ JARS = ROOT / "build" / "jars"
 FETCH_TIMEOUT = 900.0
 
 HDFS = ROOT / "docker" / "hdfs" / "pom.xml"
-S3 = Path(__file__).with_name("s3.xml")
+S3, KEYCLOAK = (Path(__file__).with_name(f"{name}.xml") for name in ("s3", "keycloak"))
 
 OTHER_HADOOPS = ("3.5.0",)
 """Versions of Hadoop that the map store is tested with, beside that of the image."""
@@ -85,7 +85,7 @@ def _fetch(pom: Path, given: list[str], folder: Path) -> None:
 
 def main() -> None:
     """Download the jars of all servers, those of the images and of other versions; print which are missing."""
-    poms = [*sorted((ROOT / "docker").glob("*/pom.xml")), S3]
+    poms = [*sorted((ROOT / "docker").glob("*/pom.xml")), S3, KEYCLOAK]
     wanted: list[tuple[Path, dict[str, str]]] = [(pom, {}) for pom in poms]
     for pom, properties in [*wanted, *((HDFS, {"hadoop": version}) for version in OTHER_HADOOPS)]:
         name = " ".join([name_of(pom), *properties.values()])

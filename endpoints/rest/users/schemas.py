@@ -108,6 +108,13 @@ class ScopedTokenRequest(RequestBody):
         return TokenScope(tuple(self.robots), self.role, publish, tuple(self.subscribe))
 
 
+class IdentityBody(RequestBody):
+    """Somebody for whom the identity provider vouches."""
+
+    issuer: str = Field(min_length=1, max_length=2048, description="URL of the provider, as its tokens name it")
+    subject: str = Field(min_length=1, max_length=255, description="Who it is there: `sub` of its tokens")
+
+
 Groups = Annotated[list[Name], Field(max_length=MAX_GROUPS, description="Groups of users that the user is in")]
 
 
@@ -156,6 +163,11 @@ class UserChange(RequestBody):
         "administrators; null lets none do so",
     )
     groups: Groups | None = Field(None, description="Groups of the user, set by administrators; null for none")
+    identity: IdentityBody | None = Field(
+        None,
+        description="Who logs in as this user with the identity provider, set by administrators; null for nobody, "
+        "which ends all logins of the user",
+    )
 
 
 class UserAnswer(ResponseBody):
@@ -190,10 +202,18 @@ class QuotaAnswer(ResponseBody):
     versions_per_map: int = Field(description="Number of versions of a map; as usage, of the map with the most")
 
 
+class IdentityAnswer(ResponseBody):
+    """Somebody for whom the identity provider vouches."""
+
+    issuer: str
+    subject: str
+
+
 class UserDetail(UserAnswer):
     """User with limits, quota and usage."""
 
     limits: LimitsAnswer
+    identity: IdentityAnswer | None = Field(description="Who logs in as this user with the identity provider")
     rapyuta: bool = Field(description="Whether robots of the user may log in by the protocol of Rapyuta by password")
     quota: QuotaAnswer = Field(description="Quota of the user")
     used: QuotaAnswer = Field(description="Current usage")

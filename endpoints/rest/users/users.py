@@ -17,6 +17,7 @@ from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.rest.users.schemas import (
+    IdentityAnswer,
     LimitsAnswer,
     NewUser,
     QuotaAnswer,
@@ -29,6 +30,7 @@ from engine.control.views import UserUsage
 from engine.master.quotas import QUOTAS
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
+from storage.sharing_records import ProvidedIdentity
 
 router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 
@@ -83,6 +85,8 @@ async def change_user(
         limits=_limits(change),
         regroup=_regroup(change),
     )
+    if "identity" in change.model_fields_set:
+        changed = await services.accounts.identities.link(target, _identity(change))
     if "rapyuta_password" in change.model_fields_set:
         changed = await services.accounts.rapyuta.set(target, change.rapyuta_password)
     await services.cloud.set_limits(changed.id, changed.limits)
@@ -133,6 +137,7 @@ async def _detail(services: Services, user: User) -> UserDetail:
         role=user.role,
         groups=list(user.groups),
         limits=LimitsAnswer.model_validate(user.limits),
+        identity=None if user.identity is None else IdentityAnswer.model_validate(user.identity),
         rapyuta=bool(user.rapyuta_hash),
         quota=QuotaAnswer.model_validate(services.cloud.quotas.of(user.id)),
         used=used,
@@ -159,6 +164,11 @@ def _limits(change: UserChange) -> dict[str, float | None]:
     return dict.fromkeys(QUOTAS) if "limits" in change.model_fields_set else {}
 
 
+def _identity(change: UserChange) -> ProvidedIdentity | None:
+    given = change.identity
+    return None if given is None else ProvidedIdentity(given.issuer, given.subject)
+
+
 def _regroup(change: UserChange) -> Regroup | None:
     """Return a function that returns the new groups; None if they stay."""
     if "groups" not in change.model_fields_set:
@@ -181,6 +191,8 @@ async def _check_may_change(services: Services, caller: User, target: str, chang
         raise NotPermitted("only an administrator may change limits")
     if "rapyuta_password" in change.model_fields_set and caller.role != "admin":
         raise NotPermitted("only an administrator may set or remove the password for robots of Rapyuta")
+    if "identity" in change.model_fields_set and caller.role != "admin":
+        raise NotPermitted("only an administrator may link a user to an identity")
     if "groups" in change.model_fields_set and caller.role != "admin":
         raise NotPermitted("only an administrator may change groups")
     if change.role not in (None, caller.role) and target == caller.id:

@@ -33,6 +33,26 @@ async def set_rapyuta_password(arguments: argparse.Namespace) -> None:
     show(changed, ("id", "role", "rapyuta"), as_json=arguments.json)
 
 
+# -- identities, with which users log in by an identity provider -------------------------------------------------------
+
+
+def add_link_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument("subject", nargs="?", help="who it is there: the subject (sub) of its tokens")
+    parser.add_argument("--issuer", metavar="URL", help="the identity provider, as its tokens name it")
+    parser.add_argument("--off", action="store_true", help="nobody logs in as the user by it any more")
+
+
+async def link_user(arguments: argparse.Namespace) -> None:
+    """Link a user to an identity, or to none."""
+    given = [arguments.subject is not None, arguments.issuer is not None]
+    if any(given) if arguments.off else not all(given):
+        raise InvalidInput("give a subject with --issuer URL, or --off alone")
+    identity = None if arguments.off else {"issuer": arguments.issuer, "subject": arguments.subject}
+    changed = await logged_in(arguments).patch(path_of("users", arguments.id), {"identity": identity})
+    show(changed, ("id", "role", "identity"), as_json=arguments.json)
+
+
 # -- quotas of users in ``ppaas user`` ---------------------------------------------------------------------------------
 
 DEFAULT = "default"
@@ -120,12 +140,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     limits = verbs.add_parser("limit", help="change the quotas of a user (admin)")
     delete = verbs.add_parser("delete", help="delete a user with all tokens and robots (admin)")
     rapyuta = verbs.add_parser("rapyuta", help="let robots of a user log in by the protocol of Rapyuta (admin)")
+    link = verbs.add_parser("link", help="let somebody log in as a user with the identity provider (admin)")
     logout = verbs.add_parser("logout", help="revoke all tokens of a user (you), and disconnect all robots")
-    for verb in (create, limits, delete, rapyuta):
+    for verb in (create, limits, delete, rapyuta, link):
         verb.add_argument("id")
     delete.add_argument("--force", action="store_true", help="disconnect the user's robots")
     add_limit_options(limits)
     add_rapyuta_options(rapyuta)
+    add_link_options(link)
     for verb in (one, change, logout):
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
@@ -138,7 +160,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_password_argument(change)
     change.add_argument("--old-password-file", type=Path, help="file with your current password")
-    for verb in (create, listing, one, change, limits, rapyuta, delete, logout):
+    for verb in (create, listing, one, change, limits, rapyuta, link, delete, logout):
         add_session_arguments(verb)
 
 
@@ -236,4 +258,5 @@ _VERBS = {
     "logout": _logout,
     "group": group,
     "rapyuta": set_rapyuta_password,
+    "link": link_user,
 }

@@ -27,6 +27,8 @@ _PATTERNS = [
     (re.compile(r"\b(Bearer|Basic|Digest)\s+[\w.~+/=:-]{4,}", re.IGNORECASE), rf"\1 {REMOVED}"),
     # Tokens of users, and tickets of machines.
     (re.compile(r"\bppaas(?:_|-join-)[\w-]{16,}"), REMOVED),
+    # Tokens of identity providers: JSON Web Tokens, whose first part begins with a brace.
+    (re.compile(r"\beyJ[\w-]{8,}(?:\.[\w-]*){2}"), REMOVED),
     # Options of commands: --password x.
     (re.compile(rf"(--(?:[\w-]*-)?(?:{_NAMES})(?:\s+|=))(?!\[removed)\S+", re.IGNORECASE), rf"\1{REMOVED}"),
     # Settings: ?token=x, "secret": "x", api_key: 'x', also where JSON is quoted in JSON.

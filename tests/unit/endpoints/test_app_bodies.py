@@ -12,7 +12,7 @@ import httpx
 import pytest
 from fastapi.routing import APIRoute
 
-from endpoints.app import PREFIX, RESOURCES, description
+from endpoints.app import LOGINS, PREFIX, RESOURCES, description
 from endpoints.resources.services import RequestLimits
 from endpoints.rest.dependencies import any_user
 from endpoints.rest.strict_json import StrictRoute, _depends_on
@@ -28,13 +28,14 @@ def test_every_route_with_a_body_authenticates_first_except_logins() -> None:
     assert len(with_body) > 10
     assert all(isinstance(route, StrictRoute) for route in with_body)
     open_to_all = [route.path for route in with_body if not _depends_on(route.dependant, any_user)]
-    assert open_to_all == ["/tokens"]
+    assert open_to_all == ["/tokens", "/oidc/codes", "/oidc/device-tokens", "/oidc/access-tokens"]
+    assert set(open_to_all) <= set(LOGINS)
 
 
 WITH_BODY = [(method, PREFIX + route.path) for route in ROUTES if route.body_field for method in route.methods or ()]
 
 
-@pytest.mark.parametrize(("method", "path"), [pair for pair in WITH_BODY if pair[1] != "/v1/tokens"])
+@pytest.mark.parametrize(("method", "path"), [pair for pair in WITH_BODY if pair[1].removeprefix(PREFIX) not in LOGINS])
 @pytest.mark.parametrize("token", [{}, {"Authorization": "Bearer nobody's"}], ids=["no token", "unknown token"])
 async def test_the_body_of_a_stranger_is_not_read(
     client: httpx.AsyncClient, method: str, path: str, token: dict[str, str]
@@ -60,6 +61,12 @@ async def test_a_login_with_a_long_body_is_refused(client: httpx.AsyncClient) ->
     keys = "{" + ",".join(f'"{i:x}":1' for i in range(20_000)) + ',"1":2}'
     answer = await client.post("/v1/tokens", headers=JSON, content=keys)
     assert str(limit) in problem_of(answer, 413, "message-too-large")["detail"]
+
+
+@pytest.mark.parametrize("path", LOGINS)
+async def test_the_body_of_each_kind_of_login_is_small(client: httpx.AsyncClient, path: str) -> None:
+    body = b'{"code": "' + b"x" * RequestLimits().max_login + b'"}'
+    problem_of(await client.post(f"{PREFIX}{path}", headers=JSON, content=body), 413, "message-too-large")
 
 
 async def test_a_list_with_many_faults_is_refused_for_its_first_item(

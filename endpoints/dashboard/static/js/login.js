@@ -3,10 +3,15 @@
 import { byId, say } from "./dom.js";
 import { Refused, logIn } from "./rest.js";
 
+/** The message of an error as a sentence. @param {Error} error */
+export function sentenceOf(error) {
+  return `${error.message[0].toUpperCase()}${error.message.slice(1)}.`.replace(/\.\.$/, ".");
+}
+
 /** @param {Error} error */
 function reasonOf(error) {
   if (error instanceof Refused && error.status === 401) return "This user and password do not go together.";
-  return `${error.message[0].toUpperCase()}${error.message.slice(1)}.`.replace(/\.\.$/, ".");
+  return sentenceOf(error);
 }
 
 /** Have the form log in. @param {(token: string) => void} entered */

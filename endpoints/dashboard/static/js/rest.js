@@ -63,6 +63,26 @@ export async function logIn(user, password) {
   return (await ask("v1/tokens", { method: "POST", headers, body }, json)).token;
 }
 
+/** Name of the identity provider, if the cloud has one. @returns {Promise<string | null>} */
+export async function providerName() {
+  return (await ask("v1/oidc", {}, json)).name;
+}
+
+/**
+ * Begin a login with it.
+ * @param {boolean} again whether it asks who it is, also somebody who has logged in there
+ * @returns {Promise<{url: string, state: string, nonce: string, verifier: string}>}
+ */
+export function beginLogin(again) {
+  return ask(`v1/oidc/logins?again=${again}`, { method: "POST" }, json);
+}
+
+/** End it. @param {object} login @returns {Promise<{token: string, logout_url: string | null}>} */
+export function endLogin(login) {
+  const headers = { "Content-Type": "application/json" };
+  return ask("v1/oidc/codes", { method: "POST", headers, body: JSON.stringify(login) }, json, 2 * PATIENCE);
+}
+
 export class Rest {
   #token;
 

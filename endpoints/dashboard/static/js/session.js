@@ -2,6 +2,7 @@
 
 const KEY = "ppaas-token";
 const NOTE = "ppaas-note";
+const LOGOUT = "ppaas-logout";
 
 export const session = {
   /** @returns {string | null} */
@@ -9,14 +10,26 @@ export const session = {
     return sessionStorage.getItem(KEY);
   },
 
+  /** Where the login at the identity provider ends, if it was one. @returns {string | null} */
+  get logoutUrl() {
+    return sessionStorage.getItem(LOGOUT);
+  },
+
   /** @param {string} token */
   begin(token) {
     sessionStorage.setItem(KEY, token);
   },
 
+  /** @param {string | null} url where the login at the identity provider ends */
+  keepLogout(url) {
+    if (url) sessionStorage.setItem(LOGOUT, url);
+    else sessionStorage.removeItem(LOGOUT);
+  },
+
   /** @param {string} note what to say to whoever logs in next */
   end(note) {
     sessionStorage.removeItem(KEY);
+    sessionStorage.removeItem(LOGOUT);
     sessionStorage.setItem(NOTE, note);
   },
 

@@ -27,6 +27,7 @@ PLANTED = [
     f"API_KEY={SECRET}",
     "token ppaas_0123456789abcdefghijklmnopqrstuvwxyz-_012345 is unknown".replace("0123456789abcdef", SECRET),
     f"ppaas machine join ppaas-join-{SECRET}{SECRET}",
+    f"claims of eyJhbGciOiJFUzI1NiJ9.eyJzdWIiOiJ4In0.{SECRET}-x",
     f"-----BEGIN EC PRIVATE KEY-----\n{SECRET}\n-----END EC PRIVATE KEY-----",
     json.dumps(f"-----BEGIN PRIVATE KEY-----\n{SECRET}\n-----END PRIVATE KEY-----"),
     f"-----BEGIN PRIVATE KEY-----\n{SECRET}",

@@ -1,0 +1,1 @@
+"""Login with an identity provider, by OpenID Connect."""
