@@ -20,6 +20,7 @@ from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns, ServedTurns, TurnCalls, UserTurns
 from endpoints.audit.data_folder import DataFolderCalls
+from endpoints.audit.event import AuditEvent, AuditLog
 from endpoints.audit.file_log import cloud_audit
 from endpoints.cloud_processes.cloud_jobs import CloudJobs
 from endpoints.cloud_processes.config import front_config
@@ -47,6 +48,7 @@ from engine.runtimes.compilation.cache_folder import ensure_cache
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
+from ppaas.messages.health.stops import RobotStop
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.disk_space import RefusedTokenFile
@@ -274,7 +276,13 @@ async def _services(engine: Engine, arguments: argparse.Namespace, stack: contex
     await services.accounts.refuse(revoked)
     engine.cloud.news.listen(Caches(services).hear)
     engine.cloud.fact_sources.add(RobotFacts(services).here)
+    engine.cloud.robot_stops.requested = partial(_record_request, services.audit)
     return services
+
+
+def _record_request(audit: AuditLog, user: str, stop: RobotStop) -> None:
+    """Record that a client has stopped a robot by its socket, as which it is not known who it is."""
+    audit.record(AuditEvent(action="stop_robot", object=f"robots/{user}:{stop.name}", details={"reason": stop.reason}))
 
 
 def _check_metrics_installed() -> None:
