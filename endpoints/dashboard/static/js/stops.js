@@ -51,7 +51,7 @@ export class Stops {
 
   #create(stop) {
     const button = make("button", { className: "button", type: "button", textContent: "Release…", onclick: () => this.#ask(stop) });
-    return make("li", {}, make("span"), button);
+    return make("div", {}, make("span"), button);
   }
 
   #press() {
