@@ -7,13 +7,17 @@ from collections.abc import Iterable
 
 import msgspec
 
-from ppaas.decoding import from_json
 from ppaas.errors import NotFound
 from ppaas.messages.health.stops import STOPS_RECORD, RobotStop
+from storage.encoding import decode, encode
 from storage.ports import CloneStore
 from storage.records import CloneCheckpoint, RobotRecord
 
 _STOPS = "stops"
+
+
+class _StoredStops(msgspec.Struct):
+    stops: tuple[RobotStop, ...]
 
 
 def stored_stops(store: CloneStore, user: str) -> tuple[RobotStop, ...]:
@@ -21,21 +25,21 @@ def stored_stops(store: CloneStore, user: str) -> tuple[RobotStop, ...]:
 
     Raises
     ------
-    InvalidInput
+    Unavailable
         The record is damaged: nobody may conclude that the robots may drive.
     """
     try:
         record = store.clone(user, STOPS_RECORD)
     except NotFound:
         return ()
-    return from_json(record.nodes.get(_STOPS, b"[]"), tuple[RobotStop, ...])
+    return decode(record.nodes[_STOPS], _StoredStops, f"clones/{user}/{STOPS_RECORD}").stops
 
 
 def store_stops(store: CloneStore, user: str, stops: Iterable[RobotStop], now: float) -> None:
     """Store the stops of the robots of a user at a time [s since the epoch]; may block."""
     kept = tuple(stops)
     if kept:
-        store.save_clone(CloneCheckpoint(user, STOPS_RECORD, {_STOPS: msgspec.json.encode(kept)}, now))
+        store.save_clone(CloneCheckpoint(user, STOPS_RECORD, {_STOPS: encode(_StoredStops(kept))}, now))
     else:
         store.remove_clone(user, STOPS_RECORD)
 

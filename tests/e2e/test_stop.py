@@ -104,7 +104,7 @@ async def stands_after_a_restart(folder: Path, grid: GridMap, start: Pose2D) -> 
         events = await rest.items("/v1/audit")
         told = {event["action"]: event["details"] for event in events if event["outcome"] == "ok"}
         assert told["stop_robot"] == {"reason": "a pallet fell"}
-        assert told["release_robot"] == {"reason": "the aisle is free"}
+        assert told["release_robot"] == {"reason": "the aisle is free", "stopped_by": ["admin"]}
 
 
 async def refused_to_another_user(cloud: RunningCloud, rest: RestClient) -> None:

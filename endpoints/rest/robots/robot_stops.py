@@ -3,11 +3,12 @@
 from collections.abc import Callable, Iterable
 from typing import Annotated
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.tokens import ScopedUser
+from endpoints.audit.requests import note_details
 from endpoints.resources.services import Services
 from endpoints.rest.dependencies import AnyCaller, Caller, Driven, Paged, Provided, readable_head
 from endpoints.rest.names import MapId
@@ -83,12 +84,14 @@ async def stop_robot(robot: Driven, request: StopRequest, services: Provided, us
 
 
 @router.post("/robots/{robot_id}/release", response_model=ReleasedAnswer, responses=_STOP)
-async def release_robot(robot: Driven, _recorded: StopRequest, services: Provided, user: AnyCaller) -> ReleasedAnswer:
+async def release_robot(
+    robot: Driven, _recorded: StopRequest, services: Provided, user: AnyCaller, request: Request
+) -> ReleasedAnswer:
     """Release a robot: it drives on. Who stopped it may do this, and who may administer the robot."""
     released = await _release_robots(services, user, [robot])
     stops = await run_in_threadpool(stored_stops, services.store, robot.user)
     left = [StopAnswer.of(robot.user, stop) for stop in stops_of_robot(stops, robot.id, robot.record.map)]
-    return ReleasedAnswer(released=released, left=left)
+    return _noted(request, ReleasedAnswer(released=released, left=left))
 
 
 # -- the robots on a map, and all robots -------------------------------------------------------------------------------
@@ -102,9 +105,11 @@ async def stop_map(map_id: MapId, request: StopRequest, services: Provided, user
 
 
 @router.post("/maps/{map_id}/release", response_model=ReleasedAnswer, responses=_STOP)
-async def release_map(map_id: MapId, _recorded: StopRequest, services: Provided, user: Caller) -> ReleasedAnswer:
+async def release_map(
+    map_id: MapId, _recorded: StopRequest, services: Provided, user: Caller, request: Request
+) -> ReleasedAnswer:
     """Release the caller's robots on a map; robots that were stopped by their name or with all others still stand."""
-    return await _release_own(services, user, MAP, map_id)
+    return _noted(request, await _release_own(services, user, MAP, map_id))
 
 
 @router.post("/stop", response_model=StoppedAnswer, responses=_STOP)
@@ -120,13 +125,13 @@ async def stop_all(request: StopRequest, services: Provided, user: AnyCaller) ->
 
 
 @router.post("/release", response_model=ReleasedAnswer, responses=_STOP)
-async def release_all(_recorded: StopRequest, services: Provided, user: AnyCaller) -> ReleasedAnswer:
+async def release_all(_recorded: StopRequest, services: Provided, user: AnyCaller, request: Request) -> ReleasedAnswer:
     """Release what a stop of all robots has stopped; robots of the caller that were stopped by name still stand."""
     released = await _release_robots(services, user, await run_in_threadpool(_stopped_by, services, user))
     if isinstance(user, ScopedUser):
-        return ReleasedAnswer(released=released, left=[])
+        return _noted(request, ReleasedAnswer(released=released, left=[]))
     own = await _release_own(services, user, ALL, "")
-    return ReleasedAnswer(released=[*own.released, *released], left=own.left)
+    return _noted(request, ReleasedAnswer(released=[*own.released, *released], left=own.left))
 
 
 @router.get("/stops", response_model=Page[StopAnswer], responses=KNOWN)
@@ -138,6 +143,12 @@ async def list_stops(services: Provided, user: AnyCaller, paging: Paged) -> dict
 
 
 # -- internals ---------------------------------------------------------------------------------------------------------
+
+
+def _noted(request: Request, answer: ReleasedAnswer) -> ReleasedAnswer:
+    """Note for the audit log who made the stops that were released."""
+    note_details(request.scope, stopped_by=sorted({stop.by for stop in answer.released}))
+    return answer
 
 
 def _key(stop: StopAnswer) -> tuple[str, str, str]:
