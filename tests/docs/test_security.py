@@ -80,6 +80,11 @@ BODIES: dict[str, Any] = {
     "resize_container": {"cores": 0.5},
     "merge_map": {"with": "house", "into": "both"},
     "start_recording": {"seconds": 1.0},
+    **{
+        f"{verb}_{scope}": {"reason": "a pallet fell"}
+        for verb in ("stop", "release")
+        for scope in ("robot", "map", "all")
+    },
 }
 """A body for each operation that takes JSON."""
 

@@ -21,6 +21,7 @@ from endpoints.sharing.shared_robots import ReachedRobot, own_robots, robots_sha
 from engine.control.robot_stops import StopOrder, StopReport
 from engine.specs.robot_stops import stops_of_robot, stored_stops
 from ppaas.clock import epoch
+from ppaas.errors import NotPermitted
 from ppaas.messages.health.stops import ALL, MAP, ROBOT, RobotStop
 from ppaas.nodes.stop.node import LONGEST_REASON
 from storage.records import User
@@ -118,7 +119,8 @@ async def stop_all(request: StopRequest, services: Provided, user: AnyCaller) ->
 
     A token for some robots stops these.
     """
-    orders = [_order(robot, user, request.reason) for robot in await run_in_threadpool(_driven, services, user)]
+    driven = await run_in_threadpool(_may_stop, services, user)
+    orders = [_order(robot, user, request.reason) for robot in driven]
     if not isinstance(user, ScopedUser):
         orders.insert(0, StopOrder(user.id, RobotStop(ALL, "", user.id, epoch(), request.reason)))
     return await _stop(services, user, orders)
@@ -191,9 +193,17 @@ def _driven(services: Services, user: User) -> list[ReachedRobot]:
     return [robot for robot in reached if robot.access.role != "look"]
 
 
-def _stopped_by(services: Services, user: User) -> list[ReachedRobot]:
-    """Return those of these robots that the caller has stopped."""
+def _may_stop(services: Services, user: User) -> list[ReachedRobot]:
+    """Return the robots that a caller may drive; ``NotPermitted`` if a token is for none, and nothing is stopped."""
     driven = _driven(services, user)
+    if isinstance(user, ScopedUser) and not driven:
+        raise NotPermitted("this token drives no robot, so it stops and releases none: use another token")
+    return driven
+
+
+def _stopped_by(services: Services, user: User) -> list[ReachedRobot]:
+    """Return the robots that the caller may drive, and has stopped; raises as ``_may_stop``."""
+    driven = _may_stop(services, user)
     owners = {robot.user for robot in driven}
     mine = {(owner, stop.key) for owner in owners for stop in stored_stops(services.store, owner) if stop.by == user.id}
     return [robot for robot in driven if (robot.user, (ROBOT, robot.id)) in mine]

@@ -94,8 +94,8 @@ class GatedBus(Protocol):
 class StopNode(Node):
     """Stops the robot as the cloud orders, or a client requests.
 
-    It gates two topics of the clone. On ``cmd_vel`` nothing but zero passes while the robot is stopped, whoever
-    publishes: Move Base, a client, a bridge. On ``stop/state`` nothing passes but the state itself.
+    It gates two topics of the clone. On ``cmd_vel`` nothing but zero passes while the robot is stopped: from
+    Move Base, from clients, from bridges. On ``stop/state`` nothing passes but the state itself.
 
     Parameters
     ----------

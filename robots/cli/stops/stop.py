@@ -17,7 +17,7 @@ COLUMNS = ("user", "scope", "name", "by", "since", "reason")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "A stopped robot gets nothing but zero as cmd_vel, whoever sends; its goals wait. The stop stays when the "
+        "A stopped robot gets nothing but zero as cmd_vel, from any sender; its goals wait. The stop stays when the "
         "robot, its container or the cloud restarts. 'ppaas release' ends it. 'ppaas robot stop' only cancels goals."
     )
     add_targets(parser)
