@@ -1,11 +1,13 @@
 """The commands of stop.md work, and its numbers and names are those of the code."""
 
 import re
+import shlex
 
 from engine.control.robot_stops import CONFIRMATION
 from ppaas.nodes.stop.node import PERIOD, StopNode
 from ppaas.nodes.topics import STOP_STATE
 from robots.cli.command_parser import CommandParser
+from robots.cli.stops import release, stop
 from tests.support.documents import blocks, text_of
 from tests.support.endpoints.fuzzed_rest import description
 
@@ -16,8 +18,10 @@ def test_the_commands_are_accepted() -> None:
     commands = [line for block in blocks(PAGE, "bash") for line in block.splitlines() if line.startswith("ppaas ")]
     assert {line.split()[1] for line in commands} == {"stop", "release"}
     for line in commands:
-        words = re.findall(r'"[^"]*"|\S+', line.partition(" #")[0])[1:]
-        CommandParser().parse_args([word.strip('"') for word in words])
+        _, command, *words = shlex.split(line, comments=True)
+        parser = CommandParser()
+        {"stop": stop, "release": release}[command].configure(parser)
+        parser.parse_args(words)
 
 
 def test_paths_names_and_numbers_exist() -> None:
