@@ -36,6 +36,7 @@ from endpoints.rest.robots import (
     robot_goals,
     robot_map,
     robot_shares,
+    robot_stops,
     robot_urdf,
     robots,
 )
@@ -80,6 +81,7 @@ RESOURCES = (
     robot_urdf,
     robot_map,
     robot_goals,
+    robot_stops,
     robot_diagnosis,
     robot_shares,
     robot_recordings,

@@ -220,7 +220,7 @@ class Engine(CloudListener):
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
-        self.cloud, self.secret = Cloud(self.service, quotas), own.secret
+        self.cloud, self.secret = Cloud(self.service, quotas, self.store), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
 
     def _open_stores(self, config: CloudConfig) -> None:
@@ -327,6 +327,7 @@ class Engine(CloudListener):
             if self.reserve is not None:
                 last_first.callback(self.reserve.release)
             last_first.callback(self.store.close)
+            last_first.push_async_callback(self.cloud.robot_stops.close)
             last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._watching.cancel)
             last_first.push_async_callback(self._background.join)

@@ -153,9 +153,9 @@ class FoxgloveBench:
 class WireBench:
     """``ppaas bench wire``: latency, CPU time and memory of endpoints."""
 
-    HELP = "latency, CPU time and memory of endpoints, beside bare programs that carry the same frames"
+    HELP = "latency, CPU time and memory of endpoints, and stops, beside bare programs that carry the same frames"
 
-    PARTS = ("latency", "cpu", "memory", "half-open", "endpoints")
+    PARTS = ("latency", "cpu", "memory", "half-open", "endpoints", "stop")
 
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:

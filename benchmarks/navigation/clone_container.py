@@ -149,7 +149,7 @@ class CloneContainer:
         attendants.recording.connect(machine)
         endpoint, sessions = EndpointLink("", near), sessions_of(self._spec, self._robot)
         self._container = Container(
-            self._launch, home, endpoint, machine, notes, monitoring=attendants.monitoring, sessions=sessions
+            self._launch, home, endpoint, machine, notes, attendants=attendants, sessions=sessions
         )
         bridge = FleetBridge(self._launch, home.graph, machine, partial(getattr, sessions, "robot_is_here"))
         sessions.begin(self._container, endpoint)

@@ -6,7 +6,7 @@ from rich.progress import Progress
 
 from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure, PartSelection
-from benchmarks.wire import half_open, latency, load, two_endpoints
+from benchmarks.wire import half_open, latency, load, stop, two_endpoints
 from benchmarks.wire.site import echo_cloud
 
 Measure = Callable[[EngineSite, Progress, bool], Awaitable[list[Figure]]]
@@ -17,7 +17,7 @@ PARTS: dict[str, Measure] = {
     load.MEMORY: load.measure_memory,
     half_open.PART: half_open.measure,
 }
-"""Parts that need a running cloud; the part ``endpoints`` starts its own."""
+"""Parts that need a running cloud; the parts ``endpoints`` and ``stop`` start their own."""
 
 SPARE = 10
 """Number of containers beyond those of the largest part."""
@@ -39,4 +39,6 @@ async def measure(options: PartSelection, progress: Progress) -> list[Figure]:
                 figures += await measure_part(site, progress, options.quick)
     if options.wants(two_endpoints.PART):
         figures += await two_endpoints.measure(progress, options.quick)
+    if options.wants(stop.PART):
+        figures += await stop.measure(progress, options.quick)
     return figures

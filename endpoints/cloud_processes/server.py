@@ -20,6 +20,7 @@ from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns, ServedTurns, TurnCalls, UserTurns
 from endpoints.audit.data_folder import DataFolderCalls
+from endpoints.audit.event import AuditEvent, AuditLog
 from endpoints.audit.file_log import FileAuditLog, cloud_audit
 from endpoints.cloud_processes.cloud_jobs import CloudJobs
 from endpoints.cloud_processes.config import front_config
@@ -54,6 +55,7 @@ from engine.runtimes.compilation.cache_folder import ensure_cache
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
+from ppaas.messages.health.stops import RobotStop
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.disk_space import RefusedTokenFile
@@ -289,6 +291,7 @@ async def _services(
     await services.accounts.refuse(revoked)
     engine.cloud.news.listen(Caches(services).hear)
     engine.cloud.fact_sources.add(RobotFacts(services).here)
+    engine.cloud.robot_stops.requested = partial(_record_request, services.audit)
     return services
 
 
@@ -300,6 +303,11 @@ def _called_jobs(engine: Engine, arguments: argparse.Namespace, audit: FileAudit
     engine.endpoints.serve_also(lambda: Extra(WebhookCalls, webhooks))
     engine.endpoints.serve_also(lambda: Extra(RetentionCalls, retention))
     return webhooks, retention
+
+
+def _record_request(audit: AuditLog, user: str, stop: RobotStop) -> None:
+    """Record that a client has stopped a robot by its socket, as which it is not known who it is."""
+    audit.record(AuditEvent(action="stop_robot", object=f"robots/{user}:{stop.name}", details={"reason": stop.reason}))
 
 
 def _check_metrics_installed() -> None:

@@ -33,6 +33,7 @@ TAGS = [
     {"name": "traffic", "description": "Traffic of the caller's robots on a map: what each holds, and waits for."},
     {"name": "tasks", "description": "Tasks on a map, each for any of the caller's robots that can do it."},
     {"name": "robots", "description": "The caller's robots, and those that are shared with the caller."},
+    {"name": "stops", "description": "Stops of robots, which hold until they are released."},
     {"name": "plans", "description": "Path requests and stored paths."},
     {"name": "models", "description": "Robot models that robot files may name."},
     {"name": "planners", "description": "Planners that robot files and path requests may name."},

@@ -24,6 +24,7 @@ from engine.control.master_calls.interface import MasterCalls
 from engine.control.news import FactKind, NewsKind
 from engine.control.planning.planning import Planning
 from engine.control.robot_nodes import RobotNodes
+from engine.control.robot_stops import StopCalls
 from engine.links.place_link import PlaceLink
 from engine.master.quotas import Quotas
 from engine.specs.containers import MapVersion
@@ -152,6 +153,7 @@ class EndpointCloud:
         self.containers = remote(ContainerCalls, master)
         self.endpoints = remote(NeighbourCalls, master)
         self.users = remote(UserCalls, master)
+        self.stops = remote(StopCalls, master)
         self.nodes = RobotNodes(self._place_of)
         self.planning = Planning(self._use_planning, lambda: self.start)
         self.quotas = quotas

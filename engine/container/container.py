@@ -13,8 +13,8 @@ from pathlib import Path
 
 from engine.container.endpoint_links import EndpointLink, EndpointLinks, ServedLink
 from engine.container.executor import NodeExecutor
+from engine.container.graph_building import Attendants
 from engine.container.machine_client import MachineClient
-from engine.container.monitor.setup import ContainerMonitor
 from engine.container.node_logs import NodeLogs
 from engine.container.shared_plans import PlanningNotes
 from engine.links.open_calls import Outcome
@@ -87,8 +87,8 @@ class Container:
         The machine link.
     notes : PlanningNotes
         Planning times that are to be reported to the machine.
-    monitoring : ContainerMonitor, optional
-        Node monitor of a clone.
+    attendants : Attendants, optional
+        Node monitor of a clone, and its node of stops.
     sessions : SessionHost, optional
         Sessions of the clients of a clone.
     """
@@ -101,11 +101,12 @@ class Container:
         machine: MachineClient,
         notes: PlanningNotes,
         *,
-        monitoring: ContainerMonitor | None = None,
+        attendants: Attendants | None = None,
         sessions: SessionHost | None = None,
     ) -> None:
         self._notes = notes
-        self._monitoring = monitoring
+        monitoring = self._monitoring = None if attendants is None else attendants.monitoring
+        self._stop = None if attendants is None else attendants.stop
         self._sessions = sessions
         self._launch = launch
         self._home = home
@@ -125,11 +126,24 @@ class Container:
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
             monitoring.changed = self._report_nodes
+        if self._stop is not None:
+            self._stop.changed = self._report_stops
 
     def _report_nodes(self) -> None:
         services, nodes = self.services(), self.nodes()
         for listener in self._listeners:
             listener.nodes_changed(services, nodes)
+
+    def _report_stops(self) -> None:
+        """Report the stops in force to the master, and store a request that it may not have yet."""
+        if (stops := self._stops()) is not None:
+            self._endpoint.write(stops)
+        self._dirty.set()
+
+    def _stops(self) -> robot_link.StopsInForce | None:
+        return (
+            None if self._stop is None else robot_link.StopsInForce(self._stop.latch.stops, self._stop.latch.requested)
+        )
 
     # -- the clone -----------------------------------------------------------------------------------------------------
 
@@ -269,6 +283,7 @@ class Container:
             place="" if endpoint is None else endpoint.place,
             generation=0 if endpoint is None else endpoint.generation,
             beat=self._beat(),
+            stops=self._stops(),
         )
 
     async def serve(self) -> None:
@@ -302,15 +317,23 @@ class Container:
                 self._call(link, frame)
             case robot_link.Shutdown():
                 return False
-            case robot_link.DialEndpoint():
-                self.endpoints.dial(frame)
-            case robot_link.LeaveEndpoint():
-                self.endpoints.leave(frame.endpoint)
+            case robot_link.DialEndpoint() | robot_link.LeaveEndpoint() | robot_link.SetStops():
+                self._obey(frame)
             case _:
                 if self._sessions is not None:
                     self._sessions.take(link.end, frame)
         self._home.attend()
         return True
+
+    def _obey(self, order: robot_link.DialEndpoint | robot_link.LeaveEndpoint | robot_link.SetStops) -> None:
+        """Execute an order of the master."""
+        match order:
+            case robot_link.DialEndpoint():
+                self.endpoints.dial(order)
+            case robot_link.LeaveEndpoint():
+                self.endpoints.leave(order.endpoint)
+            case robot_link.SetStops() if self._stop is not None:
+                self._stop.set(order.stops)
 
     def _deliver(self, link: ServedLink, frame: robot_link.Deliver) -> None:
         if 0 < frame.sequence <= link.applied:

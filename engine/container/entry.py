@@ -103,7 +103,7 @@ async def run(launch: Launch) -> None:
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
     sessions = None if launch.spec.robot is None else sessions_of(launch.spec, launch.spec.robot)
-    container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring, sessions=sessions)
+    container = Container(launch, home, endpoint, machine, notes, attendants=attendants, sessions=sessions)
     outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)

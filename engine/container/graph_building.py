@@ -17,6 +17,7 @@ from ppaas.diagnosis.observations.place import WatchedRobot
 from ppaas.diagnosis.observations.topic_table import TrafficCounter
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.stop.node import StopNode
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.thread_budget import Threads
 from storage.staged_uploads import mapped
@@ -25,10 +26,11 @@ from storage.versions import POSEGRAPH
 
 @dataclass(frozen=True, slots=True)
 class Attendants:
-    """Parts of a container that attend to its clone: the node monitor, and the link of the recorder."""
+    """Parts of a container that attend to its clone: node monitor, link of the recorder, node of stops."""
 
     monitoring: ContainerMonitor
     recording: RecordingLink
+    stop: StopNode
 
 
 def build_graph(graph: Graph, launch: Launch, threads: Threads, current: CurrentMap) -> Attendants | None:
@@ -48,7 +50,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     Returns
     -------
     Attendants or None
-        The node monitor and the recorder of a clone; None if the container only plans, or has the node of a group.
+        The attendants of a clone; None if the container only plans, or has the node of a group.
     """
     robot = launch.spec.robot
     if robot is None:
@@ -84,7 +86,8 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     build()
     monitoring = ContainerMonitor(graph, robot, build)
     _add_diagnostics(graph, bare, current, monitoring.traffic)
-    return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores))
+    stop = graph.add(lambda context: StopNode(context, graph, bare.id, launch.spec.stops))
+    return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores), stop)
 
 
 def _build_group_node(graph: Graph, spec: ContainerSpec, layers: MapLayers) -> None:

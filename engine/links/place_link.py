@@ -62,6 +62,10 @@ class PlaceLink(SharedPlace):
         Its last heartbeat.
     beats : int
         Number of heartbeats.
+    stops : StopsInForce, optional
+        Stops that hold its robot, as the container reported last; None while there is no container, or no robot.
+    stops_reported : callable
+        Called after each report of them.
     """
 
     def __init__(self, key: str, base_frame: str = BASE_LINK) -> None:
@@ -80,6 +84,8 @@ class PlaceLink(SharedPlace):
         self.beats = 0
         self.busy = False
         self.beat = robot_link.ContainerBeat(busy=False)
+        self.stops: robot_link.StopsInForce | None = None
+        self.stops_reported: Callable[[], None] = lambda: None
         self._stream: Stream | None = None
         self._ready = asyncio.Event()
         self._closed: PPaaSError | None = None
@@ -125,6 +131,11 @@ class PlaceLink(SharedPlace):
             self.send(order(self._count))
         for session in tuple(self._carried.values()):
             self._guard(session, session.attach)
+        self._note_stops(hello.stops)
+
+    def _note_stops(self, stops: robot_link.StopsInForce | None) -> None:
+        self.stops = stops
+        self.stops_reported()
 
     def _repeat(self, applied: int, stream: Stream) -> None:
         if self._before is None:
@@ -150,7 +161,7 @@ class PlaceLink(SharedPlace):
             self._kept.popleft()
 
     def _lost(self) -> None:
-        self._stream = self.pid = self.container = None
+        self._stream = self.pid = self.container = self.stops = None
         if self._closed is None:  # those who wait for a closed place are to get the reason
             self._ready.clear()
         self._calls.fail(Unavailable("the container was lost before it answered; call again"))
@@ -173,6 +184,8 @@ class PlaceLink(SharedPlace):
                     self._guard(session, session.note, frame)
             case ClientOffers():
                 self.offers = frame
+            case robot_link.StopsInForce():
+                self._note_stops(frame)
             case _:
                 self._take_of_clone(frame)
 

@@ -9,6 +9,7 @@ import msgspec
 from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
+from ppaas.messages.health.stops import RobotStop
 
 LINK_FACTS = "ppaas/link_facts"
 """Service of the container of a robot: the facts of the robot's connection, as JSON."""
@@ -65,10 +66,26 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
     robot: bool = False
 
 
+class StopsInForce(msgspec.Struct, tag="stops", frozen=True):
+    """Stops that hold the robot of the container: in its hello, and after each change.
+
+    Parameters
+    ----------
+    stops : tuple of RobotStop
+        Those of the last `SetStops`, or of the start of the container.
+    requested : tuple of RobotStop
+        Request of a client that the cloud does not have yet: one or none.
+    """
+
+    stops: tuple[RobotStop, ...] = ()
+    requested: tuple[RobotStop, ...] = ()
+
+
 class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
-    ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master.
+    ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master. ``stops`` are None if
+    the container has no robot.
     """
 
     container: str
@@ -81,6 +98,7 @@ class Hello(msgspec.Struct, tag="hello"):
     place: str = ""
     generation: int = 0
     beat: ContainerBeat = ContainerBeat(busy=False)
+    stops: StopsInForce | None = None
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
@@ -166,6 +184,7 @@ FromContainer = (
     | Ack
     | ContainerBeat
     | MessageRefused
+    | StopsInForce
     | SessionFromContainer
 )
 
@@ -236,6 +255,12 @@ class LeaveEndpoint(msgspec.Struct, tag="leave"):
     endpoint: str
 
 
+class SetStops(msgspec.Struct, tag="set_stops", frozen=True):
+    """Hold the robot by these stops alone, or release it if there are none; only the master sends this."""
+
+    stops: tuple[RobotStop, ...]
+
+
 ToContainer = (
     Deliver
     | SubscribeTopic
@@ -244,5 +269,6 @@ ToContainer = (
     | Shutdown
     | DialEndpoint
     | LeaveEndpoint
+    | SetStops
     | SessionToContainer
 )

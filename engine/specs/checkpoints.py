@@ -14,6 +14,7 @@ from engine.specs.containers import (
     MapVersion,
     RobotConfig,
 )
+from engine.specs.robot_stops import stops_of_robot, stored_stops
 from ppaas.clock import Clock, epoch
 from ppaas.decoding import from_json
 from ppaas.errors import NotFound
@@ -57,7 +58,7 @@ class CheckpointSelection:
 
     The nodes of groups always continue from the last checkpoint of their group: people coordinators, so that no
     identity is used twice, and traffic nodes, so that no epoch is. Coordinators get the settings that are stored when
-    they start.
+    they start, and robots their stops.
 
     Parameters
     ----------
@@ -95,6 +96,9 @@ class CheckpointSelection:
         if spec.people is not None:
             settings = self._store.map_people(spec.user, spec.map.id).settings
             spec = msgspec.structs.replace(spec, people=settings)
+        if spec.robot is not None:
+            stops = stops_of_robot(stored_stops(self._store, spec.user), spec.robot.id, spec.map.id)
+            spec = msgspec.structs.replace(spec, stops=stops)
         lasting = spec.group_node != "" or (spec.user, name) in self._parked
         idle = (spec.user, name) in self._parked
         self._parked.discard((spec.user, name))

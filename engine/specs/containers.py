@@ -5,6 +5,7 @@ from typing import Any, Literal
 import msgspec
 
 from ppaas.costmap.global_parameters import CostParameters
+from ppaas.messages.health.stops import RobotStop
 from ppaas.nodes.frames import BASE_LINK, FrameNames
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
@@ -129,6 +130,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
         Settings of the people coordinator in it, for the user's robots on the map. None if it has none.
     traffic : bool
         Whether the traffic node of the user's robots on the map runs in it.
+    stops : tuple of RobotStop
+        Stops that apply to its robot when it starts.
     """
 
     id: str
@@ -142,6 +145,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     labels: dict[str, str] = {}
     people: PeopleSettings | None = None
     traffic: bool = False
+    stops: tuple[RobotStop, ...] = ()
 
     @property
     def group_node(self) -> GroupNode:

@@ -109,6 +109,13 @@ class PlanBlocked:
 
 
 @dataclass(frozen=True, slots=True)
+class Held:
+    """The robot is stopped, or released again, perhaps elsewhere: it stands, and needs another plan to go on."""
+
+    now: float
+
+
+@dataclass(frozen=True, slots=True)
 class PlanDue:
     """There is a better plan than the one that the robot follows; it drives on until it has that."""
 
@@ -206,6 +213,7 @@ Event = (
     | PlanFailed
     | PlanDeferred
     | PlanBlocked
+    | Held
     | PlanDue
     | GoalMoved
     | GoalUpdated

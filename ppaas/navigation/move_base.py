@@ -37,6 +37,7 @@ from ppaas.navigation.events import (
     GoalMoved,
     GoalReceived,
     GoalUpdated,
+    Held,
     PlanBlocked,
     PlanDeferred,
     PlanDue,
@@ -279,6 +280,8 @@ class MoveBase:
             case GoalUpdated() if self.goals.active is not None:
                 self._on_goal_updated(event)
             case PlanBlocked() if self.goals.active is not None and self.state is GoalPhase.CONTROLLING:
+                self._plan_again(event.now)
+            case Held() if self.goals.active is not None:
                 self._plan_again(event.now)
             case PlanDue():
                 self._next_plan, self._plan_due = event.now, True

@@ -18,6 +18,9 @@ MOST_REFUSALS = 256
 """Largest number of kinds of refusals, by topic, that are remembered; one that is forgotten is a warning again."""
 
 Tap = Callable[[str, Payload], None]
+Gate = Callable[[Payload], Payload]
+"""Called with each message of a topic; returns the message that is delivered in its place."""
+
 TopicWatch = Callable[[Node, str, Topic | None], None]
 """Called with the node, the name, and the topic that the node declared, or None if it was undeclared."""
 
@@ -40,6 +43,7 @@ class TopicBus:
         self._owners: dict[str, Node] = {}
         self._watches: list[TopicWatch] = []
         self._latched: dict[str, Payload] = {}
+        self._gates: dict[str, Gate] = {}
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
         self._faults = ListenerFaults(logger)
@@ -132,6 +136,14 @@ class TopicBus:
             callback(topic, self._latched[topic])
         return lambda: taps.remove(callback)
 
+    def gate(self, topic: str, gate: Gate) -> None:
+        """Deliver on a topic what a function returns for each message, published by a node or injected."""
+        self._gates[topic] = gate
+
+    def _passed(self, topic: str, message: Payload) -> Payload:
+        gate = self._gates.get(topic)
+        return message if gate is None else gate(message)
+
     def _declare(self, topic: Topic) -> None:
         known = self.topics.setdefault(topic.name, topic)
         if known.type is not topic.type:
@@ -186,7 +198,7 @@ class TopicBus:
         if isinstance(message, Message) and not isinstance(message, expected):
             raise InvalidInput(f"topic {topic!r} has type {expected.__name__}, not {type(message).__name__}")
         refusals: list[PPaaSError] = []
-        self._deliver(topic, message, refusals.append)
+        self._deliver(topic, self._passed(topic, message), refusals.append)
         self._drain()
         if refusals:
             raise refusals[0]
@@ -217,6 +229,7 @@ class TopicBus:
         try:
             while self._queue:
                 topic, message = self._queue.popleft()
+                message = self._passed(topic, message)
                 for hear in tuple(self._published_taps):
                     self._faults.call("a tap of all topics", hear, topic, message)
                 self._deliver(topic, message, partial(self._note_refusal, topic))

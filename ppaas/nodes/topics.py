@@ -16,6 +16,7 @@ from ppaas.messages.geometry_msgs import (
     Twist,
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_motions import (
     FollowPathActionFeedback,
@@ -113,6 +114,7 @@ PLAN = Topic("plan", Path, stream=True, depth=1)
 LOCAL_PLAN = Topic("local_plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)
 SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
+STOP_STATE = Topic("stop/state", StopState, latched=True, depth=1, lasting=True, robot_only=True)
 
 # -- traffic of the robots of a map -----------------------------------------------------------------------------------
 

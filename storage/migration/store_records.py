@@ -11,6 +11,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from ppaas.errors import NotFound
+from ppaas.messages.health.stops import STOPS_RECORD
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, StoredKind, by_pages, each
@@ -52,9 +53,10 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _clone_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of the checkpoints of clones, and of the nodes of groups: coordinators, traffic nodes."""
+    """Yield the keys of checkpoints: of clones, of the nodes of groups (coordinators, traffic nodes), of stops."""
     groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
-    pages = chain(_robot_keys(store), groups, _traffic_keys(store))
+    stops = ([(user, STOPS_RECORD) for user in page] for page in _user_ids(store))
+    pages = chain(_robot_keys(store), groups, _traffic_keys(store), stops)
     return ([key for key in page if _has(_clone, store, key)] for page in pages)
 
 

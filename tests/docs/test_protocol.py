@@ -43,6 +43,7 @@ from ppaas.nodes.follow_path.node import FollowPathParameters
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import STATUS_PERIOD
 from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
+from ppaas.nodes.stop.node import StopNode
 from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_RATE, MAX_SOURCES, MAX_STREAMS, MIN_PATIENCE, MIN_RATE
 from ppaas.nodes.topics import CMD_VEL, TOPICS
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
@@ -84,10 +85,11 @@ def graph() -> Graph:
     clone = Graph()
     layers = build_layers(GridMap(cells, GridInfo(0.05, 40, 40)), robot_radius=0.18)
     build_clone(clone, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0))
+    clone.add(lambda context: StopNode(context, clone, "tb1"))
     return clone
 
 
-AMONG_NODES = {"move_base/result"}
+AMONG_NODES = {"move_base/result", "stop/state"}
 """Topics between nodes of the clone, which clients need not publish."""
 
 
@@ -127,6 +129,7 @@ def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
 def test_topics_and_services_of_mapping_are_those_of_the_clone_of_a_new_map(graph: Graph) -> None:
     mapping = Graph()
     build_clone(mapping, None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0))
+    mapping.add(lambda context: StopNode(context, mapping, "tb1"))
     node = mapping.nodes["grid_slam"]
     published = {
         topic.name: (type_name(topic.type), ("both" if topic.robot_only else "out") + ", latched" * topic.latched)

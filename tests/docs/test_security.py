@@ -90,6 +90,11 @@ BODIES: dict[str, Any] = {
     "create_webhook": {"url": "https://example.org", "events": ["*"]},
     "change_webhook": {"state": "paused"},
     "expire_data": {"dry_run": True},
+    **{
+        f"{verb}_{scope}": {"reason": "a pallet fell"}
+        for verb in ("stop", "release")
+        for scope in ("robot", "map", "all")
+    },
 }
 """A body for each operation that takes JSON."""
 

@@ -81,6 +81,18 @@ async def test_nothing_is_grave_in_the_table_of_robots(context: BrowserContext) 
         await expect_no_fault(page, "fleet")
 
 
+async def test_nothing_is_grave_while_robots_are_stopped_and_on_the_question_of_a_release(
+    context: BrowserContext,
+) -> None:
+    async with showing(context) as page:
+        await page.get_by_role("button", name="STOP ALL").click()
+        await expect(page.locator("#stopped")).to_contain_text("All robots are stopped by ann")
+        await expect(page.locator("#toasts")).to_contain_text("All robots are stopped")
+        await expect_no_fault(page, "stopped")
+        await page.locator("#stopped").get_by_role("button", name="Release…").click()
+        await expect_no_fault(page, "release")
+
+
 @asynccontextmanager
 async def showing(context: BrowserContext) -> AsyncIterator[Page]:
     """Show a map with zones, and robots of which one fails, some are silent, and the last is not connected."""

@@ -35,6 +35,7 @@ from engine.rights.globs import split_address
 from engine.specs.clone_to_check import DEFAULTS
 from engine.specs.robot_maps import mask_heads, no_mask
 from engine.specs.robot_places import urdf_of
+from engine.specs.robot_stops import why_stopped
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
@@ -143,9 +144,10 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
     connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
+    stopped = await run_in_threadpool(why_stopped, services.store, [robot.record for robot in robots])
     return [
-        RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here} | _shown(robot))
-        for robot, here in zip(robots, connected, strict=True)
+        RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here, "stopped": why} | _shown(robot))
+        for robot, here, why in zip(robots, connected, stopped, strict=True)
     ]
 
 
@@ -207,7 +209,8 @@ def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:
     if may_hear(robot.access, DESCRIPTION):
         with suppress(NotFound):
             urdf = UrdfAnswer.model_validate(describe(services.store.urdf(robot.user, robot.id)))
-    return RobotDetail(**msgspec.structs.asdict(robot.record) | {"urdf": urdf} | _shown(robot))
+    [stopped] = why_stopped(services.store, [robot.record])
+    return RobotDetail(**msgspec.structs.asdict(robot.record) | {"urdf": urdf, "stopped": stopped} | _shown(robot))
 
 
 def _shown(robot: ReachedRobot) -> dict[str, Any]:

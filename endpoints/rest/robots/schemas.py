@@ -84,6 +84,11 @@ class RobotChange(RequestBody):
     traffic: Traffic | None = None
 
 
+Stopped = Annotated[
+    str | None, Field(description="Who has stopped the robot, when and why, in words; null if nobody has")
+]
+
+
 class RobotAnswer(ResponseBody):
     """Robot of the caller, or one that is shared with the caller."""
 
@@ -110,6 +115,7 @@ class RobotListed(RobotAnswer):
     connected: bool | None = Field(
         description="Whether the robot's own socket is open at an endpoint; null while no master answers"
     )
+    stopped: Stopped
 
 
 class SensorAnswer(ResponseBody):
@@ -146,3 +152,4 @@ class RobotDetail(RobotAnswer):
     urdf: UrdfAnswer | None = Field(
         description=f"Null without a URDF, or if the caller may not subscribe to {in_words(DESCRIPTION)}"
     )
+    stopped: Stopped

@@ -29,6 +29,7 @@ from engine.control.planning.planning import Planning
 from engine.control.planning_places import PlanningPlaces
 from engine.control.robot_navigation import NavigationClient, RobotNavigation
 from engine.control.robot_nodes import RobotNodes
+from engine.control.robot_stops import RobotStops, StopCalls
 from engine.control.tasks.group import KEPT_FOR
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
@@ -41,7 +42,7 @@ from engine.specs.robot_maps import is_lifelong
 from engine.specs.start_state import StartState
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
-from storage.ports import Store
+from storage.ports import CloneStore, Store
 from storage.records import Limits, MapRecord
 from storage.versions import OCTOMAP, YAML
 
@@ -267,9 +268,13 @@ class Cloud:
         Driver of the master.
     quotas : Quotas
         Limits of the users.
+    store : CloneStore
+        Has the stops of robots.
 
     Attributes
     ----------
+    robot_stops : RobotStops
+        Stops of robots.
     neighbours : Neighbours
         The endpoints that are connected to this process.
     planning_places : PlanningPlaces
@@ -284,8 +289,9 @@ class Cloud:
 
     master_silence = 0.0
 
-    def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
+    def __init__(self, driver: MasterDriver, quotas: Quotas, store: CloneStore) -> None:
         self.driver, self.quotas = driver, quotas
+        self.robot_stops = RobotStops(driver, store)
         self.news, self.fact_sources = News(), FactSources()
         self.neighbours = Neighbours()
         self.planning_places = PlanningPlaces(driver)
@@ -306,6 +312,7 @@ class Cloud:
         self.containers: ContainerCalls = driver.containers
         self.endpoints: NeighbourCalls = self.neighbours
         self.users: UserCalls = UserQuotas(driver, quotas)
+        self.stops: StopCalls = self.robot_stops
         self.nodes = RobotNodes(self._place_of)
         self.planning = Planning(self._use, driver.start_state)
         self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
@@ -326,11 +333,12 @@ class Cloud:
         self._navigation.close()
 
     def place_opened(self, key: str) -> None:
-        """Give the robot of a place the nodes of its groups, and tasks; called for adopted places, too."""
+        """Give the robot of a place the nodes of its groups, tasks and stops; called for adopted places, too."""
         for places in self._groups:
             places.place_opened(key)
         self._task_robots.place_opened(key)
         self._other_goals.place_opened(key)
+        self.robot_stops.place_opened(key)
 
     def task_runner(self, store: Store, kept_for: float = KEPT_FOR) -> TaskRunner:
         """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s]."""

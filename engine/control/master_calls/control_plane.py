@@ -7,6 +7,7 @@ from engine.calls.interface import notice
 from engine.control.news import FactKind, NewsKind
 from engine.control.planning.planning import Planning
 from engine.control.robot_nodes import RobotNodes
+from engine.control.robot_stops import StopCalls
 from engine.control.views import (
     ContainerView,
     EndpointView,
@@ -344,6 +345,7 @@ class MasterParts(Protocol):
     containers: ContainerCalls
     endpoints: NeighbourCalls
     users: UserCalls
+    stops: StopCalls
 
 
 class ControlPlane(MasterParts, Protocol):

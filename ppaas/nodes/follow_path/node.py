@@ -193,6 +193,12 @@ class PathFollowingNode(MoveBaseNode):
             case _:
                 super().on_message(topic, message)
 
+    def _hold(self, reason: str) -> None:
+        """Stop the robot at once while it is stopped; it gets another path after the release."""
+        if reason:
+            self._follower.cancel()
+        super()._hold(reason)
+
     def _feed(self, event: events.Event) -> None:
         super()._feed(event)
         if self._machine.state is not GoalPhase.PLANNING:

@@ -127,6 +127,8 @@ class Behaviors:
         Publishes a velocity for the base.
     preempt : callable
         Called with a reason before a behaviour begins; ends the goal of Move Base.
+    check_released : callable
+        Raises ``PPaaSError`` while the robot is stopped.
     """
 
     subscribes: ClassVar[tuple[Topic, ...]] = tuple(topic for action in _ACTIONS for topic in action[:2])
@@ -135,12 +137,14 @@ class Behaviors:
     def __init__(
         self, context: Context, surroundings: Surroundings, recoveries: Sequence[Recovery], *, top_speed: float,
         period: float, send: Callable[[Velocity], None], preempt: Callable[[str], None],
+        check_released: Callable[[], None],
     ) -> None:  # fmt: skip
         self._context = context
         self._surroundings = surroundings
         self._period = period
         self._send = send
         self._preempt = preempt
+        self._check_released = check_released
         self._kinds = {kind.action: kind for kind in behavior_kinds(recoveries, top_speed)}
         self._goals: dict[str, GoalList[BehaviorGoal]] = {name: GoalList() for name in self._kinds}
         self._publishers: dict[str, ActionPublisher[BehaviorGoal]] = {
@@ -229,6 +233,7 @@ class Behaviors:
     def _move(self, run: BehaviorRun, now: float) -> None:
         around = self._surroundings
         try:
+            self._check_released()
             pose = around.pose(now)
             costmap = around.look_around(pose, now)
         except PPaaSError as error:

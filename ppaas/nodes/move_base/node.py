@@ -19,6 +19,7 @@ from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, Odometry
 from ppaas.messages.people_coordination import GoalUpdate, PeopleState
@@ -53,7 +54,6 @@ from ppaas.recoveries.base import Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
-
 
 Processors = Callable[[Costmap, str | None], PlanProcessor]
 """Called with the costmap of a map alone and its version, None if it is not published; returns what plans on it."""
@@ -121,9 +121,9 @@ class MoveBaseNode(Node):
     )
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
-        topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE, topics.PEOPLE_STATE,
+        topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE, topics.PEOPLE_STATE, topics.AMCL_STATUS, topics.STOP_STATE,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
+        *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
@@ -166,8 +166,8 @@ class MoveBaseNode(Node):
             passive_safety=passive_safety, period=self._period, threads=threads, progress=GoalProgress(top_speed),
         )  # fmt: skip
         self._behaviors = Behaviors(
-            context, surroundings, [recovery for _, recovery in recoveries],
-            top_speed=top_speed, period=self._period, send=self._executor.send, preempt=self._preempt,
+            context, surroundings, [recovery for _, recovery in recoveries], top_speed=top_speed, period=self._period,
+            send=self._executor.send, preempt=self._preempt, check_released=self._executor.check_released,
         )  # fmt: skip
         self._paths = RobotPaths(
             context, surroundings, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
@@ -268,6 +268,8 @@ class MoveBaseNode(Node):
                 self._surroundings.take(topic, message, now, self.context.now())
             case nav2_msgs.SpeedLimit():
                 self._limits.take(message)
+            case StopState():
+                self._hold(message.text)
             case _:
                 raise InvalidInput(f"{self.name} does not accept {type(message).__name__} on topic {topic!r}")
 
@@ -305,6 +307,12 @@ class MoveBaseNode(Node):
         elif (active := self._machine.goals.active) is not None and active.goal.many:
             self._feed(cancel)
 
+    def _hold(self, reason: str) -> None:
+        """Stand while the robot is stopped, for a reason; go on by another plan once there is none."""
+        self._executor.held = reason
+        self._feed(events.Held(self.context.elapsed()))
+        self._tick()
+
     def _preempt(self, reason: str) -> None:
         self._feed(events.Preempted(self.context.elapsed(), reason))
 
@@ -340,6 +348,7 @@ class MoveBaseNode(Node):
             return
         now = self.context.elapsed()
         try:
+            self._executor.check_released()
             pose = self._surroundings.pose(now)
             self._surroundings.look_around(pose, now)
             if self._static_layer is not None and (reason := self._static_layer.waits()):

@@ -7,7 +7,7 @@ import numpy as np
 
 from ppaas.controllers.base import Controller, ControlRequest, PathGivenUp, Velocity
 from ppaas.controllers.motion import advance
-from ppaas.errors import PPaaSError, TransformError
+from ppaas.errors import PPaaSError, TransformError, Unavailable
 from ppaas.geometry import Pose2D, quaternion_of
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Twist, Vector3
@@ -85,6 +85,8 @@ class OrderExecutor:
         Progress to the active goal, from the parameter of that name.
     sent : Velocity
         The last velocity published.
+    held : str
+        Why the robot is stopped; empty if it is not.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class OrderExecutor:
         progress: GoalProgress,
     ) -> None:
         self.sent = Velocity()
+        self.held = ""
         self._context = context
         self._feed = feed
         self._goals = goals
@@ -161,10 +164,16 @@ class OrderExecutor:
         self._topics.progress(order.goal, order.pose, self.progress, order.recoveries)
 
     def send(self, velocity: Velocity) -> None:
-        """Publish a velocity for the base."""
+        """Publish a velocity for the base; while the robot is stopped, none but zero."""
+        velocity = Velocity() if self.held else velocity
         self.sent = velocity
         self._surroundings.loop.command(self._context.elapsed(), velocity)
         self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
+
+    def check_released(self) -> None:
+        """Raise ``Unavailable`` while the robot is stopped."""
+        if self.held:
+            raise Unavailable(self.held)
 
     def _follow(self, order: move_base.FollowPlan) -> None:
         try:

@@ -22,6 +22,7 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticLevel, DiagnosticStatus, KeyValue
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav2_motions import (
     FollowPathActionFeedback,
     FollowPathActionGoal,
@@ -77,6 +78,7 @@ class CloudSide:
     def __init__(self, url: str, token: str, robot: str, requests: CloudCallbacks) -> None:
         self.link = CloudLink(url, robot=robot, token=token, renewed=requests.renewed)
         self._requests = requests
+        self._paused = False
         self._sending: set[asyncio.Task[None]] = set()
 
     async def subscribe(self) -> None:
@@ -87,6 +89,7 @@ class CloudSide:
         await link.subscribe("follow_path/goal", "nav2_msgs/FollowPathActionGoal", self._follow)
         await link.subscribe("initialpose", "geometry_msgs/PoseWithCovarianceStamped", self._initial_pose)
         await link.subscribe(ACTIONS, "std_msgs/String", lambda text: requests.action(decode(String, text).data))
+        await link.subscribe("stop/state", "ppaas_msgs/StopState", self._stop)
 
     def _follow(self, text: bytes) -> None:
         goal = decode(FollowPathActionGoal, text)
@@ -95,6 +98,13 @@ class CloudSide:
 
     def _cancel(self, text: bytes) -> None:
         self._requests.cancel(decode(GoalID, text).id)
+
+    def _stop(self, text: bytes) -> None:
+        """Pause the AGV while its robot is stopped, and end that pause; a pause by others stays."""
+        stopped = decode(StopState, text).stopped
+        if stopped != self._paused:
+            self._paused = stopped
+            self._requests.action("startPause" if stopped else "stopPause")
 
     def _initial_pose(self, text: bytes) -> None:
         self._requests.initial_pose(decode(PoseWithCovarianceStamped, text).pose.pose.planar())

@@ -17,9 +17,19 @@ HELP = "put, list, show, change, share, record and delete robots; send them to a
 
 ROBOTS = Resource(
     "robots",
-    ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
+    ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner", "stopped"),
     "no robots; register one: ppaas robot put ID FILE.json",
-    ("id", "connected", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
+    (
+        "id",
+        "connected",
+        "map",
+        "model",
+        "initial_pose",
+        "cores",
+        "base_global_planner",
+        "base_local_planner",
+        "stopped",
+    ),
 )
 CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null for the default"
 
@@ -36,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_map.configure(verbs.add_parser("map", help="show or publish the map that a robot makes"))
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
-    robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot"))
+    robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot; 'ppaas stop' holds it"))
     robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
     robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
     robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))

@@ -29,6 +29,7 @@ from engine.control.planning.planning import Planning
 from engine.control.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
 from engine.control.robot_navigation import RobotNavigation
 from engine.control.robot_nodes import RobotNodes
+from engine.control.robot_stops import RobotStops, StopCalls
 from engine.control.views import (
     ContainerView,
     EndpointView,
@@ -40,7 +41,7 @@ from engine.control.views import (
 from engine.links.place_link import PlaceLink
 from engine.links.presence import RobotPresence
 from engine.master.machine import Machine
-from engine.master.places import robot_key
+from engine.master.places import PlaceRequest, robot_key
 from engine.master.quotas import Quotas
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
@@ -58,6 +59,7 @@ from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest
 from ppaas.people.settings import PeopleSettings
 from ppaas.plans.encoding.codes import pack_poses
 from ppaas.plans.path_service import PathAnswer, PathRequest
+from storage.memory.store import MemoryStore
 from storage.records import Limits, MapRecord
 
 MAP_PAGE = 1000
@@ -327,6 +329,7 @@ class FakeCloud:
         self.people: PeopleCalls = FakePeople(self)
         self.traffic: TrafficCalls = FakeTraffic(self)
         self.tasks: TaskCalls = FakeTasks(self)
+        self.stops: StopCalls = RobotStops(self, MemoryStore())
         self.maps: MapCalls = FakeMaps(self)
         self.nodes: RobotNodes = FakeNodes(self)
         self.planning: Planning = FakePlanning(self)
@@ -383,6 +386,10 @@ class FakeCloud:
 
     def place(self, key: str) -> PlaceLink | None:
         return self.places.get(key)
+
+    def request_of(self, key: str) -> PlaceRequest | None:
+        """Return None: no robot has a clone."""
+        return None
 
     def announce(self, kind: str, key: str) -> None:
         self.announced.append((kind, key))

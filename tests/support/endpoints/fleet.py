@@ -13,6 +13,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.resources.services import Services
+from engine.control.robot_stops import RobotStops
 from engine.specs.containers import MapVersion
 from ppaas.maps.formats.map_files import save_map
 from storage.memory.maps import MemoryMapStore
@@ -108,6 +109,7 @@ async def serving_fleet(
         Ids of further robots of hers, on the map yard, which are not connected.
     """
     store, maps, cloud = MemoryStore(), MemoryMapStore(), FakeCloud()
+    cloud.stops = RobotStops(cloud, store)
     accounts = Accounts(store, passwords=Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=1))
     await accounts.register("ann", "correct horse", "admin")
     yaml, image = save_map(GRID, "office.pgm")

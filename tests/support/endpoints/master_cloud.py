@@ -34,4 +34,4 @@ class MasterCloud(Cloud):
         self.master = Master(FirstFit(), quotas)
         driver = MasterDriver(self.master, CheckpointSelection(MemoryStore()), folder, "secret")
         self.lead = driver.servers[0].mandate = Lead()
-        super().__init__(driver, quotas)
+        super().__init__(driver, quotas, MemoryStore())

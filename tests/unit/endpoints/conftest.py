@@ -11,6 +11,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.resources.services import RequestLimits, Services
+from engine.control.robot_stops import RobotStops
 from ppaas.clock import ManualClock
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -43,6 +44,7 @@ def cloud() -> FakeCloud:
 @pytest.fixture
 def services(clock: ManualClock, passwords: Passwords, cloud: FakeCloud) -> Services:
     store = MemoryStore()
+    cloud.stops = RobotStops(cloud, store)
     accounts = Accounts(store, clock, passwords=passwords)
     return Services(store, MemoryMapStore(), accounts, cloud, RequestLimits(max_body=64 << 10, max_upload=1 << 20))
 

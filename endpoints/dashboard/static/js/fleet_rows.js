@@ -1,7 +1,7 @@
 /** Rows of the table of all robots: what the cloud and the page know of each, sorted, searched, and cut to what is visible. */
 
 import { duration } from "./format.js";
-import { PRESENCE, doing } from "./robot_list.js";
+import { PRESENCE, doing, sentence } from "./robot_list.js";
 
 /** Ends of a goal that are errors, by their numbers in actionlib: gave up, refused, lost. */
 const ERRORS = new Set([4, 5, 9]);
@@ -32,16 +32,16 @@ function seen(age) {
 
 /**
  * The row of a robot.
- * @param {{id: string, map: string}} robot @param {object | undefined} container
+ * @param {{id: string, map: string, stopped: string | null}} robot @param {object | undefined} container
  * @param {import("./robot_link.js").RobotLink | null} link null for a robot of another map @param {number} now [s]
  * @returns {Row}
  */
-export function rowOf({ id, map }, container, link, now) {
+export function rowOf({ id, map, stopped }, container, link, now) {
   const presence = link?.presence ?? presenceOf(container);
   const age = ageOf(presence, link?.seenAt ?? -Infinity, now);
   const goal = link?.state.goal;
   const error = goal && ERRORS.has(goal.code) ? goal.text || goal.word : "";
-  const task = link && !error ? doing(link) : "";
+  const task = stopped ? sentence(stopped) : link && !error ? doing(link) : "";
   return { id, presence, state: PRESENCE[presence], task, error, age, seen: seen(age), map, machine: container?.machine ?? "" };
 }
 

@@ -16,15 +16,18 @@ export class RobotCard {
   #inputs;
   #diagnosis;
   #recordings;
+  #stops;
 
   /**
    * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
    *          explore: () => void, publish: (name: string) => Promise<void>}} orders
    * @param {(robot: string, seconds: number) => Promise<object>} diagnose
    * @param {import("./recordings.js").RecordingsDialog} recordings
+   * @param {import("./stops.js").Stops} stops
    */
-  constructor(orders, diagnose, recordings) {
+  constructor(orders, diagnose, recordings, stops) {
     this.#recordings = recordings;
+    this.#stops = stops;
     this.#diagnosis = new DiagnosisPanel(diagnose);
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
@@ -59,7 +62,7 @@ export class RobotCard {
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
       drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
-      make("div", { className: "actions" }, explore, cancel, release),
+      make("div", { className: "actions" }, this.#stops.button, explore, cancel, release),
     );
   }
 
@@ -90,6 +93,7 @@ export class RobotCard {
     this.#card.hidden = !link;
     this.#diagnosis.select(link?.robot.id ?? null, link?.presence === "silent");
     this.#recordings.select(link?.robot ?? null);
+    this.#stops.select(link?.robot ?? null);
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;

@@ -9,11 +9,17 @@ export const PRESENCE = { offline: "offline", starting: "starting", silent: "no 
 /** What a robot does with a goal that it does not drive to, by its state in actionlib. */
 const BESIDE_DRIVING = { 0: "Its goal waits to begin", 6: "Stopping", 7: "Stopping" };
 
+/** @param {string} text */
+export function sentence(text) {
+  return text[0].toUpperCase() + text.slice(1);
+}
+
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, waits, connected, held, state }) {
+export function doing({ presence, waits, connected, held, state, robot }) {
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";
+  if (robot?.stopped) return sentence(robot.stopped);
   if (state.exploration) return exploring(state.exploration);
   if (!state.goal) return "Ready";
   if (!state.goal.active) return state.goal.text || `Goal: ${state.goal.word}`;

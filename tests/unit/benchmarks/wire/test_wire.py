@@ -6,7 +6,7 @@ import psutil
 import pytest
 
 from benchmarks.commands.cloud import WireBench
-from benchmarks.wire import half_open, latency, load, suite, two_endpoints
+from benchmarks.wire import half_open, latency, load, stop, suite, two_endpoints
 from benchmarks.wire.echo_runtime import NO_PROCESS, VELOCITY, Echo
 from benchmarks.wire.load import FrameCosts, frame_costs
 from benchmarks.wire.site import BEAMS, scan_frame
@@ -55,7 +55,7 @@ def test_no_process_has_the_id_of_a_task() -> None:
 
 
 def test_the_command_names_the_parts_of_the_bench() -> None:
-    assert (*suite.PARTS, two_endpoints.PART) == WireBench.PARTS
+    assert (*suite.PARTS, two_endpoints.PART, stop.PART) == WireBench.PARTS
 
 
 def test_added_latency_is_the_difference_of_medians() -> None:
@@ -107,3 +107,9 @@ def test_two_endpoints_carry_what_the_busier_one_has_time_for() -> None:
     gains = [two_endpoints.figures((alone, 0.0), (both, 0.1))[-1] for both in (even, uneven)]
     assert [(gain.value, gain.kept) for gain in gains] == [(2.0, True), (1.33, False)]
     assert "+50% of an even share" in gains[1].note and "takes +0% CPU time" in gains[1].note
+
+
+def test_stops_have_a_limit_and_stand_beside_an_echo() -> None:
+    median, p99, *plain = stop.figures([0.008, 0.009, 0.080], [0.001], 100)
+    assert (median.value, median.limit, p99.value, p99.limit) == (9.0, stop.LIMIT, 80.0, None)
+    assert all(figure.yardstick and figure.limit is None for figure in plain)

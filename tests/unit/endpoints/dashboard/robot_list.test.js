@@ -19,3 +19,9 @@ test("a robot that is not heard says why", () => {
   assert.equal(doing(robot({ presence: "silent", connected: false })), "This page has no connection to it");
   assert.equal(doing(robot({ presence: "offline", waits: false })), "Not connected");
 });
+
+test("a robot that is stopped is said to be, whatever its goal is", () => {
+  const robot = { stopped: "stopped by 'ann' since 2026-11-30 12:00:00 UTC: a pallet fell" };
+  const link = { presence: "online", connected: true, state: { goal: { active: true, code: 1 }, remaining: 2 }, robot };
+  assert.equal(doing(link), "Stopped by 'ann' since 2026-11-30 12:00:00 UTC: a pallet fell");
+});

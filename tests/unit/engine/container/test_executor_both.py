@@ -28,6 +28,7 @@ from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode
+from ppaas.nodes.stop.node import StopNode
 from ppaas.people.names import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
 from ppaas.people.settings import PeopleSettings
 from ppaas.traffic.taking_part import TRAFFIC
@@ -94,8 +95,8 @@ def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
-    added = {DiagnosticsNode, RecorderNode}
-    assert built | added == node_classes(), "containers add diagnostics and recorder to every build"
+    added = {DiagnosticsNode, RecorderNode, StopNode}
+    assert built | added == node_classes(), "containers add diagnostics, recorder and stop to every build"
 
 
 @pytest.mark.parametrize("service", BUILDS)

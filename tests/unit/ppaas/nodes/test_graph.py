@@ -380,3 +380,15 @@ def test_a_caller_that_fails_does_not_keep_others_from_the_end_of_a_node() -> No
     graph.call("wait", std_msgs.Empty(), ended.append)
     graph.remove("waiting")
     assert [type(error).__name__ for error in ended] == ["Unavailable"]
+
+
+def test_a_gate_replaces_the_messages_of_nodes_and_of_clients_for_all_that_hear_them():
+    graph = Graph()
+    doubler, heard, published = graph.add(Doubler), [], []
+    graph.tap("out", lambda _, message: heard.append(message.data))
+    graph.tap_published(lambda topic, message: published.append((topic, message.data)))
+    graph.gate("out", lambda message: std_msgs.Float64(-message.data))
+    graph.inject("in", std_msgs.Float64(1.0))
+    graph.inject("out", std_msgs.Float64(5.0))
+    assert (doubler.last, heard) == (2.0, [-2.0, -5.0])
+    assert published == [("out", -2.0), ("last", 2.0)]

@@ -10,6 +10,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.resources.services import Services
+from engine.control.robot_stops import RobotStops
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.cloud.command_line import PASSWORD, CommandLine
@@ -22,6 +23,7 @@ from tests.support.storage.records import YAML, pgm
 async def ppaas(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[CommandLine]:
     """Return the command line; the users are ann, bob and the administrator admin."""
     store, cloud = MemoryStore(), FakeCloud()
+    cloud.stops = RobotStops(cloud, store)
     accounts = Accounts(store, passwords=Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2))
     services = Services(store, MemoryMapStore(), accounts, cloud)
     async with serve(create_app(services)) as port:

@@ -35,8 +35,8 @@ async def test_a_robot_is_stored_as_its_file_states(client: httpx.AsyncClient, l
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann", "role": "administer"})
-    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None}
-    listed = {"items": [answer.json() | {"connected": False}], "next": None}
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None, "stopped": None}
+    listed = {"items": [answer.json() | {"connected": False, "stopped": None}], "next": None}
     assert (await client.get("/v1/robots", headers=ann)).json() == listed
 
 
@@ -372,7 +372,7 @@ async def test_an_invalid_patch_is_refused_and_the_robot_stays(
     made = (await client.put("/v1/robots/tb1", headers=ann, json=TUNED)).json()
     answer = await client.patch("/v1/robots/tb1", headers=ann, json=change)
     assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][:2] == ["body", where]
-    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None}
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None, "stopped": None}
 
 
 async def test_traffic_is_read_into_the_parameters(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:

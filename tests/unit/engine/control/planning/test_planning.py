@@ -140,7 +140,7 @@ async def service(tmp_path: Path, quotas: Quotas) -> AsyncIterator[MasterDriver]
 
 @pytest.fixture
 def planning_of_a_cloud(service: MasterDriver, quotas: Quotas) -> Iterator[Planning]:
-    made = Cloud(service, quotas)
+    made = Cloud(service, quotas, MemoryStore())
     yield made.planning
     made.close()
 

@@ -9,6 +9,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Header, String
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav2_msgs import FollowWaypointsActionGoal, FollowWaypointsGoal
 from ppaas.nodes.graph import Graph
 from tests.support.world.planar_world import walled_map
@@ -158,3 +159,29 @@ def test_invalid_parameters_are_refused(given):
         build_clone(
             Graph(), layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={"follow_path": given}
         )
+
+
+def test_a_robot_that_is_stopped_loses_its_path_at_once_and_gets_another_after_the_release():
+    robot = SelfDriving()
+    robot.send_goal(6.0, 5.0)
+    robot.graph.inject("stop/state", StopState(stopped=True, text="stopped by 'ann'"))
+    assert robot.cancelled == [robot.paths[0].goal_id.id]
+    assert robot.graph.latched("follow_path/goal") is None
+    robot.run(60.0)
+    assert robot.text == "waiting: stopped by 'ann'"
+    assert not robot.results
+    robot.graph.inject("stop/state", StopState())
+    robot.run(0.5)
+    assert len(robot.paths) == 2
+    robot.pose = Pose2D(6.0, 5.0)
+    robot.run(0.5)
+    robot.end(Status.SUCCEEDED)
+    assert status(robot)[0] is Status.SUCCEEDED
+
+
+def test_a_robot_that_is_stopped_while_its_path_is_planned_gets_none():
+    robot = SelfDriving()
+    robot.graph.inject("stop/state", StopState(stopped=True, text="stopped by 'ann'"))
+    robot.send_goal(6.0, 5.0)
+    robot.run(5.0)
+    assert not robot.paths

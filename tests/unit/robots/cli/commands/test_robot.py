@@ -31,7 +31,7 @@ def written(file: Path, **fields: object) -> str:
 async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
     put = await ppaas("robot", "put", "tb1", str(file))
     assert put.status == 0, put.err
-    assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa"]
+    assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa", "-"]
     assert (await ppaas("robot", "show", "tb1")).out == put.out
     assert (await ppaas("robot", "list")).rows[1] == ["tb1", "no", *put.rows[1][1:]]
     shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)

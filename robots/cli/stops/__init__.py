@@ -1,0 +1,1 @@
+"""Commands that stop robots and release them."""
