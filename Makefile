@@ -161,6 +161,17 @@ bench-cassandra: $(INSTALLED) ## Measure plans in a real Cassandra of one node (
 	@$(BIN)/python -m tests.servers.jars
 	$(BIN)/python -m benchmarks.stores.cassandra_plans $(BENCH_ARGS)
 
+upgrade: $(INSTALLED) ## Upgrade a cloud from the revision or wheel FROM to this checkout while robots drive (BENCH_ARGS=--kill)
+	@test -n "$(FROM)" || { echo "upgrade: give FROM=REVISION or FROM=FILE.whl" >&2; exit 1; }
+	@echo "upgrade: installs $(FROM) in build/upgrade, and compiles its kernels; let the machine do nothing else"
+	@rm -rf build/upgrade && mkdir -p build/upgrade/source
+	@$(if $(filter %.whl,$(FROM)),true,git archive "$(FROM)" | tar --extract --directory build/upgrade/source)
+	$(BIN)/uv venv --quiet --python $(BIN)/python build/upgrade/venv
+	$(BIN)/uv pip install --quiet --python build/upgrade/venv/bin/python --constraint deploy/requirements.lock \
+		"ppaas-cloud[cloud] @ file://$(if $(filter %.whl,$(FROM)),$(abspath $(FROM)),$(CURDIR)/build/upgrade/source)"
+	build/upgrade/venv/bin/ppaas warm
+	$(BIN)/ppaas bench upgrade --from build/upgrade/venv/bin/python $(BENCH_ARGS)
+
 performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them
 	@echo "performance: let the machine do nothing else; peers are measured that are installed (the extra bench)"
 	$(BIN)/ppaas bench suite docs/performance.json $(if $(PPAAS_DATA),--data $(PPAAS_DATA)) $(BENCH_ARGS)

@@ -21,6 +21,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
 from engine.processes.heartbeats import BEAT_PERIOD, BeatFile
 from engine.protocols.address import endpoint_socket
+from engine.protocols.versions import OWN
 from ppaas import __version__
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -130,6 +131,7 @@ class Endpoint:
             container_secret=self._listener.secret,
             url=self._here.url,
             advertised=self._here.advertised,
+            protocols=OWN,
         )
 
     def _greet(self) -> None:

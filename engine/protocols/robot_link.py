@@ -9,6 +9,7 @@ import msgspec
 from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
+from engine.protocols.versions import UNSTATED, Protocols
 
 LINK_FACTS = "ppaas/link_facts"
 """Service of the container of a robot: the facts of the robot's connection, as JSON."""
@@ -68,7 +69,8 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
 class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
-    ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master.
+    ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master. ``protocols`` are the
+    ones that the container speaks.
     """
 
     container: str
@@ -81,6 +83,7 @@ class Hello(msgspec.Struct, tag="hello"):
     place: str = ""
     generation: int = 0
     beat: ContainerBeat = ContainerBeat(busy=False)
+    protocols: Protocols = UNSTATED
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
