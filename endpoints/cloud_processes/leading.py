@@ -111,8 +111,8 @@ async def _end_when_lost(leadership: Leadership) -> None:
 SUCCESSION, LOOK = 5.0, 0.1
 """Time within which a standby takes the lease of a process that hands over, and the period of looks [s]."""
 
-ARRIVAL = 0.5
-"""Time for which the endpoints of this host serve on while the next leader is found [s]."""
+ARRIVAL = 3.0
+"""Time for which the endpoints of this host serve on while machines and endpoints register with the next leader [s]."""
 
 
 def asked_to_hand_over() -> asyncio.Event:

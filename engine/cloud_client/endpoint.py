@@ -40,6 +40,10 @@ GIVE_UP = 4.0
 """Time without an answer after which the link to a master of another host is closed [s]: TCP may not notice that the
 network is down. The master closes it after as long without a report."""
 
+SUCCESSION = 3.0
+"""Time for which an endpoint of a master that was replaced serves on [s]: its clients would find no other place to go
+before the next master has registered machines and endpoints. Their containers go on meanwhile."""
+
 Displace = Callable[[str, str, str | None], Awaitable[None]]
 """Displaces the socket of a user's robot, if it is dead or of the named session."""
 
@@ -200,6 +204,7 @@ class Endpoint:
                 break
             if not led and await self._is_replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
+                await asyncio.sleep(SUCCESSION)
                 break
         logger.warning("this endpoint ends: %s", self._ends)
 
