@@ -204,6 +204,7 @@ class Endpoint:
                 break
             if not led and await self._is_replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
+                self.cloud.is_replaced = True  # proxies send no new connections
                 await asyncio.sleep(SUCCESSION)
                 break
         logger.warning("this endpoint ends: %s", self._ends)
