@@ -44,7 +44,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo docs man browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo docs man browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra upgrade performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -160,6 +160,17 @@ bench-cassandra: $(INSTALLED) ## Measure plans in a real Cassandra of one node (
 	@echo "bench-cassandra: let the machine do nothing else"
 	@$(BIN)/python -m tests.servers.jars
 	$(BIN)/python -m benchmarks.stores.cassandra_plans $(BENCH_ARGS)
+
+upgrade: $(INSTALLED) ## Upgrade a cloud from the revision or wheel FROM to this checkout while robots drive (BENCH_ARGS=--kill)
+	@test -n "$(FROM)" || { echo "upgrade: give FROM=REVISION or FROM=FILE.whl" >&2; exit 1; }
+	@echo "upgrade: installs $(FROM) in build/upgrade, and compiles its kernels; let the machine do nothing else"
+	@rm -rf build/upgrade && mkdir -p build/upgrade/source
+	@$(if $(filter %.whl,$(FROM)),true,git archive "$(FROM)" | tar --extract --directory build/upgrade/source)
+	$(BIN)/uv venv --quiet --python $(BIN)/python build/upgrade/venv
+	$(BIN)/uv pip install --quiet --python build/upgrade/venv/bin/python --constraint deploy/requirements.lock \
+		"ppaas-cloud[cloud] @ file://$(if $(filter %.whl,$(FROM)),$(abspath $(FROM)),$(CURDIR)/build/upgrade/source)"
+	build/upgrade/venv/bin/ppaas warm
+	$(BIN)/ppaas bench upgrade --from build/upgrade/venv/bin/python $(BENCH_ARGS)
 
 performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them
 	@echo "performance: let the machine do nothing else; peers are measured that are installed (the extra bench)"

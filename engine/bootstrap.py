@@ -319,6 +319,10 @@ class Engine(CloudListener):
             f"no machine registered; its agent exited {self._agents.deaths} times: see the log of the agent"
         )
 
+    async def end_own_machine(self) -> None:
+        """End the machine of this host with its containers; their robots continue on others."""
+        await self._agents.stop()
+
     async def close(self) -> None:
         """End everything that was started, also after a failed start; errors do not keep the rest from ending."""
         async with contextlib.AsyncExitStack() as last_first:

@@ -15,7 +15,7 @@ from ppaas.errors import Unavailable
 from robots import cli
 from robots.client.rest import RestClient
 
-MACHINE = (sys.executable, "-m", cli.__name__, "machine")
+MACHINE = ("-m", cli.__name__, "machine")
 
 JOIN_TIMEOUT = 60.0
 """Time within which a machine must have joined [s]."""
@@ -38,7 +38,9 @@ async def ticket_of(data: Path, *arguments: str) -> str:
     Unavailable
         The cloud issues no ticket.
     """
-    process = await asyncio.create_subprocess_exec(*MACHINE, "ticket", "--data", str(data), *arguments, stdout=PIPE)
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, *MACHINE, "ticket", "--data", str(data), *arguments, stdout=PIPE
+    )
     told, _ = await process.communicate()
     if process.returncode:
         raise Unavailable(f"'ppaas machine ticket' failed with status {process.returncode}")
@@ -65,12 +67,18 @@ class JoinedMachine:
         Whether the process is restarted whenever it exits, as by a process supervisor.
     options : sequence of str
         Further arguments of ``ppaas machine join``.
+
+    Attributes
+    ----------
+    python : str
+        Interpreter that runs it, from the next start on.
     """
 
     def __init__(
         self, name: str, folder: Path, process: Process, *, restarts: bool, options: Sequence[str] = ()
     ) -> None:
         self.name = name
+        self.python = sys.executable
         self._folder = folder
         self._process = process
         self._options = options
@@ -78,17 +86,26 @@ class JoinedMachine:
 
     @classmethod
     async def start(
-        cls, name: str, folder: Path, ticket: str, *, restarts: bool = False, options: Sequence[str] = ()
+        cls,
+        name: str,
+        folder: Path,
+        ticket: str,
+        *,
+        restarts: bool = False,
+        options: Sequence[str] = (),
+        python: str = sys.executable,
     ) -> Self:
         """Start a machine that joins the cloud by a ticket."""
-        process = await _join(name, folder, options, ticket)
-        return cls(name, folder, process, restarts=restarts, options=options)
+        process = await _join(name, folder, options, python, ticket)
+        machine = cls(name, folder, process, restarts=restarts, options=options)
+        machine.python = python
+        return machine
 
     async def _keep(self) -> None:
         while True:
             await self._process.wait()
             await asyncio.sleep(RESTART)
-            self._process = await _join(self.name, self._folder, self._options)
+            self._process = await _join(self.name, self._folder, self._options, self.python)
 
     async def is_in(self, rest: RestClient) -> None:
         """Wait until the machine has joined the cloud.
@@ -103,6 +120,10 @@ class JoinedMachine:
             if self._process.returncode is not None or monotonic() > deadline:
                 raise Unavailable(f"machine {self.name!r} did not join: status {self._process.returncode}")
             await asyncio.sleep(BLINK)
+
+    def terminate(self) -> None:
+        """Send SIGTERM to the agent; it is started again if the machine restarts."""
+        self._process.terminate()
 
     def kill(self) -> None:
         """Kill the agent; its containers and its router exit with it."""
@@ -134,13 +155,13 @@ class JoinedMachine:
             raise Unavailable(f"machine {self.name} did not exit within {END_TIMEOUT:g} s after SIGTERM") from error
 
 
-async def _join(name: str, folder: Path, options: Sequence[str], ticket: str | None = None) -> Process:
+async def _join(name: str, folder: Path, options: Sequence[str], python: str, ticket: str | None = None) -> Process:
     """Start the process of a machine; one that has joined before needs no ticket, but uses its key."""
     (folder / "t").mkdir(parents=True, exist_ok=True)
     shown = () if ticket is None else (ticket,)
     with (folder / "log").open("ab") as log:
         return await asyncio.create_subprocess_exec(
-            *MACHINE, "join", *shown, "--name", name, "--data", str(folder / "data"), *options,
+            python, *MACHINE, "join", *shown, "--name", name, "--data", str(folder / "data"), *options,
             stdin=DEVNULL, stdout=log, stderr=log, env=os.environ | {"TMPDIR": str(folder / "t")},
             start_new_session=True,
         )  # fmt: skip

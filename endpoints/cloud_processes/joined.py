@@ -45,7 +45,7 @@ async def joined(wanted: JoinedEndpointConfig) -> JoinedEndpoint:
     membership = await asyncio.to_thread(membership_in, Path(wanted.folder))
     masters = Masters(membership)
     settings = await _settings(masters)
-    check_settings(settings, membership.machine)
+    check_settings(settings)
     host = wanted.listen or await asyncio.to_thread(_address_towards, membership.cloud.host, membership.cloud.port)
     return JoinedEndpoint(
         _config(wanted, membership, settings),

@@ -5,19 +5,22 @@ import asyncio
 import contextlib
 import logging
 import os
+import signal
 import socket
 import sys
+from collections.abc import Awaitable, Callable
 from typing import NoReturn
 
 from endpoints.listeners import listen
 from engine.bootstrap import CloudConfig
-from engine.leadership.leadership import Leadership, holder_of
+from engine.leadership.leadership import MASTER, Leadership, holder_of
 from engine.local.kept_process import SpareProcesses
 from engine.processes.background import cancel_all
 from engine.protocols.address import parse_host_port
 from engine.remote.replica import LAST, MACHINES
-from ppaas.errors import Conflict, InvalidInput
+from ppaas.errors import Conflict, InvalidInput, Unavailable
 from ppaas.log_lines import escaped, refusal
+from storage.ports import LeaseStore
 from storage.urls.opening import open_store
 
 logger = logging.getLogger(__name__)
@@ -101,6 +104,63 @@ async def _end_when_lost(leadership: Leadership) -> None:
     except BaseException:  # a fault of ours: nothing renews the lease any more
         logger.exception("the lease of the master is not renewed any more")
     _end(leadership.epoch)
+
+
+# -- hand-over ---------------------------------------------------------------------------------------------------------
+
+SUCCESSION, LOOK = 5.0, 0.1
+"""Time within which a standby takes the lease of a process that hands over, and the period of looks [s]."""
+
+ARRIVAL = 3.0
+"""Time for which the endpoints of this host serve on while machines and endpoints register with the next leader [s]."""
+
+
+def asked_to_hand_over() -> asyncio.Event:
+    """Return an event that SIGUSR1 sets."""
+    asked = asyncio.Event()
+    asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, asked.set)
+    return asked
+
+
+async def hand_over(
+    leadership: Leadership,
+    store: LeaseStore,
+    end_machine: Callable[[], Awaitable[None]],
+    end_endpoints: Callable[[], Awaitable[None]],
+) -> NoReturn:
+    """Let a standby lead, and end this process: other machines are not dismissed, and keep their containers.
+
+    Parameters
+    ----------
+    leadership : Leadership
+        Leadership of this process.
+    store : LeaseStore
+        Store of the lease.
+    end_machine : callable
+        Ends the machine of this host, whose containers would act beside those that replace them.
+    end_endpoints : callable
+        Ends the endpoints of this host; their clients connect to others.
+    """
+    logger.info("this process hands the cloud over to a standby")
+    await end_machine()
+    await leadership.release()
+    until = asyncio.get_running_loop().time() + SUCCESSION
+    while not (taken := await _is_taken(store)) and asyncio.get_running_loop().time() < until:  # noqa: ASYNC110
+        await asyncio.sleep(LOOK)
+    if not taken:
+        logger.error("no standby leads after %g s: start one, or this process again", SUCCESSION)
+    await asyncio.sleep(ARRIVAL)
+    await end_endpoints()
+    logging.shutdown()
+    os._exit(0 if taken else REPLACED)
+
+
+async def _is_taken(store: LeaseStore) -> bool:
+    try:
+        return bool((await asyncio.to_thread(store.lease, MASTER)).holder)
+    except Unavailable as error:
+        logger.debug("the lease of the master cannot be read: %s", error)
+        return False
 
 
 def _end(epoch: int) -> NoReturn:

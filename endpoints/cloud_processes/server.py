@@ -6,7 +6,7 @@ import contextlib
 import logging
 import os
 import secrets
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,7 +25,7 @@ from endpoints.audit.file_log import FileAuditLog, cloud_audit
 from endpoints.cloud_processes.cloud_jobs import CloudJobs
 from endpoints.cloud_processes.config import front_config
 from endpoints.cloud_processes.keeper import COMMAND, EndpointKeeper, joined_processes
-from endpoints.cloud_processes.leading import take_the_lead
+from endpoints.cloud_processes.leading import asked_to_hand_over, hand_over, take_the_lead
 from endpoints.cloud_processes.ports import ENDPOINTS_HERE, Ports, endpoint_configs
 from endpoints.http.connection_table import raise_file_limit
 from endpoints.http.tls import server_tls, warn_if_open_to_others
@@ -45,7 +45,7 @@ from engine.bootstrap import CloudConfig, Engine
 from engine.control.master_calls.server import Extra
 from engine.local.kept_process import SpareProcesses
 from engine.master.quotas import Quota
-from engine.processes.background import Background, run_unless_stopped, stop_on_signals
+from engine.processes.background import Background, first_of, run_unless_stopped, stop_on_signals
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.processes.service_manager import ServiceManager
@@ -206,7 +206,7 @@ def admin_password(path: Path) -> str:
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
-    stop, manager = stop_on_signals(), ServiceManager()
+    stop, asked, manager = stop_on_signals(), asked_to_hand_over(), ServiceManager()
     async with contextlib.AsyncExitStack() as stack:
         stack.push_async_callback(manager.stop)
         manager.start()
@@ -236,7 +236,10 @@ async def _serve(arguments: argparse.Namespace) -> None:
             ports.log(tls=tls is not None)
             url = url_of(ports.web[0], "http" if tls is None else "https")
             manager.notify(READY="1", STATUS=f"serving at {url}")
-            await _run(keeper, stop, url, arguments.ready_file)
+            await _run((stop, asked), url, arguments.ready_file)
+            if asked.is_set() and not stop.is_set():
+                await hand_over(leadership, engine.store, engine.end_own_machine, keeper.stop)
+            await keeper.stop()
 
 
 async def _start(
@@ -348,12 +351,12 @@ async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
     await work()
 
 
-async def _run(keeper: EndpointKeeper, stop: asyncio.Event, url: str, ready_file: Path | None) -> None:
+async def _run(ends: Sequence[asyncio.Event], url: str, ready_file: Path | None) -> None:
+    """Serve until one of the events is set."""
     logger.info("serving at %s", url)
     if ready_file is not None:
         await asyncio.to_thread(_write_ready, ready_file, ReadyFile(url, os.getpid(), ADMIN))
-    await stop.wait()
-    await keeper.stop()
+    await first_of(ends)
 
 
 def _write_ready(path: Path, ready: ReadyFile) -> None:

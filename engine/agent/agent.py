@@ -30,6 +30,7 @@ from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
 from engine.processes.run_dir import remove_unless_owned
 from engine.protocols import control_link
+from engine.protocols.versions import OWN
 from engine.runtimes.fork_server import early_start
 from ppaas import __version__
 from ppaas.decoding import from_json
@@ -103,6 +104,7 @@ class Agent:
             carries=self._hosting.carried(),
             release=__version__,
             epoch=self._session.epoch,
+            protocols=OWN,
         )
 
     def _carry_out(self, order: control_link.ToAgent) -> None:

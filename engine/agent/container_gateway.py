@@ -21,6 +21,7 @@ from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.handshakes import PendingHandshakes, is_same
 from engine.protocols.refusals import Refusal, error_of, refusal_of
+from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
@@ -265,6 +266,7 @@ class ContainerGateway:
     def _admitted(self, attach: machine_link.FromContainer | None, stream: Stream) -> _AttachedContainer:
         if not isinstance(attach, machine_link.AttachContainer):
             raise NotPermitted("the first message of a container must be its attach request")
+        agree(f"container {attach.container[:64]!r}", "", attach.protocols)
         return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
 
     async def _serve(self, attached: _AttachedContainer) -> None:

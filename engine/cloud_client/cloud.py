@@ -1,5 +1,6 @@
 """Engine as an endpoint has it: asks the master, and calls containers itself."""
 
+import math
 from collections import deque
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -139,6 +140,8 @@ class EndpointCloud:
     ----------
     start : StartState
         Whether containers can start, and the kernels that machines compile, as the master last said.
+    is_replaced : bool
+        Whether another master leads, which is not reached from here: this endpoint ends soon.
     """
 
     def __init__(self, master: MasterLink, places: EndpointPlaces, quotas: Quotas, clock: Clock = monotonic) -> None:
@@ -158,6 +161,7 @@ class EndpointCloud:
         self.planning = Planning(self._use_planning, lambda: self.start)
         self.quotas = quotas
         self.start = StartState(ready=False)
+        self.is_replaced = False
         self._paths = PathsAhead(self.users.take_paths, clock)
         self.count_paths: CountPaths = self._paths.count
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
@@ -166,8 +170,8 @@ class EndpointCloud:
 
     @property
     def master_silence(self) -> float:
-        """Time since the master answered [s]; infinite if it never has."""
-        return self._master.silence
+        """Time since the master answered [s]; infinite if it never has, or if another one has replaced it."""
+        return math.inf if self.is_replaced else self._master.silence
 
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         try:

@@ -21,6 +21,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
 from engine.processes.heartbeats import BEAT_PERIOD, BeatFile
 from engine.protocols.address import endpoint_socket
+from engine.protocols.versions import OWN
 from ppaas import __version__
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -38,6 +39,10 @@ SILENCE = 1.0
 GIVE_UP = 4.0
 """Time without an answer after which the link to a master of another host is closed [s]: TCP may not notice that the
 network is down. The master closes it after as long without a report."""
+
+SUCCESSION = 3.0
+"""Time for which an endpoint of a master that was replaced serves on [s]: its clients would find no other place to go
+before the next master has registered machines and endpoints. Their containers go on meanwhile."""
 
 Displace = Callable[[str, str, str | None], Awaitable[None]]
 """Displaces the socket of a user's robot, if it is dead or of the named session."""
@@ -130,6 +135,7 @@ class Endpoint:
             container_secret=self._listener.secret,
             url=self._here.url,
             advertised=self._here.advertised,
+            protocols=OWN,
         )
 
     def _greet(self) -> None:
@@ -198,6 +204,8 @@ class Endpoint:
                 break
             if not led and await self._is_replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
+                self.cloud.is_replaced = True  # proxies send no new connections
+                await asyncio.sleep(SUCCESSION)
                 break
         logger.warning("this endpoint ends: %s", self._ends)
 

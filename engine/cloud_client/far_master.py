@@ -8,6 +8,7 @@ from engine.protocols.sockets import Streams, dial
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership
+from engine.remote.settings_check import check_protocols
 from ppaas.errors import Conflict
 
 
@@ -35,7 +36,9 @@ class FarMaster:
     async def dial(self) -> Streams:
         """Find the master that leads, and connect to it."""
         self._masters.read_again()
-        if _lasting(await self._masters.settings()) != self._settings:
+        settings = await self._masters.settings()
+        check_protocols(settings)
+        if _lasting(settings) != self._settings:
             raise Conflict("the cloud was started with other settings; this endpoint starts again with them")
         address = parse_address(self._masters.current)
         context = await asyncio.to_thread(self._membership.identity.client_context, "endpoint")
@@ -49,4 +52,4 @@ class FarMaster:
 
 def _lasting(settings: ClusterSettings) -> tuple[object, ...]:
     """Return the settings that an endpoint uses, which may not change while it runs."""
-    return settings.store, settings.map_store, settings.runs.allowed, settings.release, settings.serves
+    return settings.store, settings.map_store, settings.runs.allowed, settings.serves

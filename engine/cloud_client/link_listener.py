@@ -16,7 +16,8 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.handshakes import UnprovenPeers, is_same, place_secret
 from engine.protocols.sockets import fingerprint, listen
 from engine.protocols.tls_identity import TlsIdentity
-from ppaas.errors import NotPermitted, PPaaSError
+from engine.protocols.versions import agree
+from ppaas.errors import Conflict, NotPermitted, PPaaSError
 
 logger = logging.getLogger(__name__)
 
@@ -125,7 +126,11 @@ class LinkListener:
             if not isinstance(hello, robot_link.Hello) or not self._is_of_place(hello):
                 raise NotPermitted("a container without the secret of its place dialled this endpoint")
             self._unproven.proved(stream)
+            agree(f"container {hello.container[:64]!r}", "", hello.protocols)
             await self._serve(hello, stream)
+        except Conflict as error:
+            logger.error("%s", error)
+            stream.write(robot_link.Shutdown())  # else it would dial again and again
         except (PPaaSError, TimeoutError) as error:
             logger.warning("closed a link of a container: %s", str(error) or "it sent no first frame in time")
         finally:

@@ -23,6 +23,7 @@ from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import robot_link
 from engine.protocols.address import RELAY
 from engine.protocols.refusals import error_of, refusal_of
+from engine.protocols.versions import OWN
 from engine.sessions.host import SessionHost
 from engine.sessions.place.clone import CloneListener
 from engine.sessions.place.place import Place
@@ -284,6 +285,7 @@ class Container:
             generation=0 if endpoint is None else endpoint.generation,
             beat=self._beat(),
             stops=self._stops(),
+            protocols=OWN,
         )
 
     async def serve(self) -> None:

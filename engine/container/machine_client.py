@@ -11,6 +11,7 @@ import msgspec
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of, refusal_of
+from engine.protocols.versions import OWN
 from engine.specs.containers import Launch, MapVersion
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.plans.history import LinkHistory, PlannerHistory
@@ -42,7 +43,7 @@ class MachineClient:
         """Connect to the machine, and identify this container with its secret."""
         reader, writer = await asyncio.open_unix_connection(launch.machine)
         client = cls(FrameStream(reader, writer, machine_link.ToContainer))
-        client._stream.write(machine_link.AttachContainer(launch.spec.id, launch.secret))
+        client._stream.write(machine_link.AttachContainer(launch.spec.id, launch.secret, OWN))
         return client
 
     async def serve(

@@ -272,6 +272,8 @@ def machine_view(machine: Machine, kernels: KernelProgress | None = None) -> Mac
         round_trip=machine.round_trip,
         round_trips=machine.neighbours,
         kernels=kernels,
+        release=machine.software.release,
+        protocol=machine.software.protocol,
     )
 
 

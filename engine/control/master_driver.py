@@ -36,6 +36,7 @@ from engine.master.events import (
     RobotTimed,
     ShutdownBegan,
 )
+from engine.master.machine import Software
 from engine.master.master import Master
 from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start, UseMap
 from engine.master.places import PlaceRequest
@@ -649,23 +650,32 @@ class MachineEvents:
         ------
         InvalidInput
             The registration is not valid.
+        Conflict
+            The machine speaks no protocol of the cloud.
         NotPermitted
-            The machine was removed, or runs another release than the cloud.
+            The machine was removed.
         Unavailable
             The store of checkpoints is unreachable.
         """
-        check_registration(register)
+        protocol = check_registration(register)
         machine = register.machine
         clones = await asyncio.to_thread(self._clones, register.carries) if register.carries else ()
         orders = self._master.handle(
             MachineJoined(
-                machine, register.cores, register.memory, register.pid, register.labels, register.network, clones
+                machine,
+                register.cores,
+                register.memory,
+                register.pid,
+                register.labels,
+                register.network,
+                clones,
+                Software(register.release, protocol),
             )
         )
         adopted = tuple(order.carried.spec.id for order in orders if isinstance(order, Adopt))
         epoch = self._control.mandate.epoch
         # Before all other orders: until its welcome a machine stores no checkpoint for its containers.
-        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch))
+        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch, protocol))
         self._beats[machine] = 0
         self._starting.pop(machine, None)
         logger.info("machine %s joined with %d cores and %d containers", machine, register.cores, len(adopted))

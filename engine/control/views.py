@@ -4,6 +4,7 @@ from typing import Literal
 
 import msgspec
 
+from engine.protocols.versions import UNSTATED
 from engine.specs.containers import ContainerKind, MapVersion
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
@@ -56,6 +57,10 @@ class MachineView(msgspec.Struct, frozen=True):
         Round trips to other machines, by name [s].
     kernels : KernelProgress, optional
         Progress of its kernel compiler; None if all kernels are compiled, or it is not known yet.
+    release : str
+        Release of its software; empty if it has not joined yet.
+    protocol : int
+        Protocol version of its link to the master; 0 if it has not joined yet.
     """
 
     id: str
@@ -78,6 +83,8 @@ class MachineView(msgspec.Struct, frozen=True):
     round_trip: float = 0.0
     round_trips: dict[str, float] = {}
     kernels: KernelProgress | None = None
+    release: str = ""
+    protocol: int = 0
 
 
 class EndpointView(msgspec.Struct, frozen=True):
@@ -105,6 +112,8 @@ class EndpointView(msgspec.Struct, frozen=True):
         Memory in use [bytes].
     state : {"ready", "silent"}
         ``silent`` if it is connected, but has not reported its load for a while.
+    protocol : int
+        Protocol version of its link to the master.
     """
 
     id: str
@@ -117,6 +126,7 @@ class EndpointView(msgspec.Struct, frozen=True):
     cpu: float
     memory: int
     state: EndpointViewState
+    protocol: int = UNSTATED.newest
 
 
 class ContainerView(msgspec.Struct, frozen=True):

@@ -16,6 +16,7 @@ from engine.processes.child_process import end_process
 from engine.processes.heartbeats import BeatFile, watch
 from engine.processes.instances import is_dead, name_of, pid_of
 from engine.processes.private_files import write_private
+from ppaas import __version__
 from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
@@ -32,11 +33,14 @@ class KeptRecord(msgspec.Struct, frozen=True):
         Its name.
     settings : Raw
         Its settings, as JSON.
+    release : str
+        Release of its software; empty if it is earlier than this field.
     """
 
     process: str
     name: str
     settings: msgspec.Raw
+    release: str = ""
 
 
 def left_processes(file: Path) -> list[KeptRecord]:
@@ -103,11 +107,13 @@ class ProcessKeeper:
     async def start(self) -> None:
         """Start or adopt the processes, and restart each whenever it exits or freezes."""
         for left in left_processes(self._file):
-            if self._settings.get(left.name) == left.settings:
+            if self._settings.get(left.name) == left.settings and left.release == __version__:
                 self._kept[left.name].adopt(pid_of(left.process))
                 self._note(left.name, pid_of(left.process))
             else:
-                logger.warning("process %s of an earlier run is stopped: the settings have changed", left.name)
+                logger.warning(
+                    "process %s of an earlier run is stopped: its settings or its release have changed", left.name
+                )
                 await end_process(left.process)
         for kept in self._kept.values():
             await kept.start()
@@ -130,7 +136,7 @@ class ProcessKeeper:
     def _note(self, name: str, pid: int) -> None:
         self._pids[name] = pid
         records = [
-            KeptRecord(process, name, self._settings[name])
+            KeptRecord(process, name, self._settings[name], __version__)
             for name, pid in self._pids.items()
             if (process := name_of(pid)) is not None
         ]

@@ -7,6 +7,7 @@ part of the events that need them.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from engine.master.machine import UNKNOWN_SOFTWARE, Software
 from engine.master.places import PlaceRequest
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import MapVersion
@@ -135,6 +136,8 @@ class MachineJoined:
         Capacity of its network, sent and received [bytes/s]; 0 if unknown.
     carries : tuple of RunningContainer
         Containers of an earlier cloud process that are still the clones of their robots.
+    software : Software
+        Its release, and the protocol version of its link.
     """
 
     machine: str
@@ -144,6 +147,7 @@ class MachineJoined:
     labels: Mapping[str, str] = field(default_factory=dict)
     network: float = 0.0
     carries: tuple[RunningContainer, ...] = ()
+    software: Software = UNKNOWN_SOFTWARE
 
 
 @dataclass(frozen=True, slots=True)

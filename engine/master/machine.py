@@ -1,6 +1,7 @@
 """Machine, as the master sees it."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from engine.protocols.control_link import ContainerLoad
 from engine.specs.containers import ContainerSpec
@@ -9,6 +10,16 @@ from engine.specs.machine_settings import MachineSettings
 
 DECIMALS = 6
 """Decimals to which sums of sizes are rounded, so that no floating-point residue accumulates."""
+
+
+class Software(NamedTuple):
+    """Software of a machine: its release, and the protocol version of its link to the master."""
+
+    release: str = ""
+    protocol: int = 0
+
+
+UNKNOWN_SOFTWARE = Software()
 
 
 @dataclass(slots=True)
@@ -47,6 +58,8 @@ class Machine:
         Sum of the sizes of its containers [cores].
     loads : dict of str to ContainerLoad
         Last reported load of each container, by id.
+    software : Software
+        Its release, and the protocol version of its link.
     """
 
     id: str
@@ -65,6 +78,7 @@ class Machine:
     served: dict[str, float] = field(default_factory=dict)
     given: float = 0.0
     loads: dict[str, ContainerLoad] = field(default_factory=dict)
+    software: Software = UNKNOWN_SOFTWARE
 
     @property
     def all_labels(self) -> dict[str, str]:

@@ -299,7 +299,13 @@ def _add_machine(event: MachineJoined, state: MasterState) -> list[Order]:
         raise NotPermitted(f"machine {event.machine!r} was removed: an administrator must admit it first")
     orders = remove_machine(event.machine, state)
     machine = Machine(
-        event.machine, event.cores, event.memory, event.pid, labels=dict(event.labels), network=event.network
+        event.machine,
+        event.cores,
+        event.memory,
+        event.pid,
+        labels=dict(event.labels),
+        network=event.network,
+        software=event.software,
     )
     state.apply_settings(machine, state.settings.get(machine.id, machine.settings))
     state.machines[machine.id] = machine

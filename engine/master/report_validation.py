@@ -8,9 +8,9 @@ import math
 
 from engine.master.machine import Machine
 from engine.protocols import control_link
+from engine.protocols.versions import agree
 from engine.specs.machine_settings import check_labels
-from ppaas import __version__
-from ppaas.errors import InvalidParameter, NotPermitted
+from ppaas.errors import InvalidParameter
 from storage.names import check_name
 
 MOST_CORES = 4096
@@ -21,31 +21,23 @@ MOST_NETWORK = 1e12
 """Upper bound of a plausible network rate [bytes/s]."""
 
 
-def check_registration(register: control_link.Register) -> None:
-    """Check that the values of a registration are possible.
+def check_registration(register: control_link.Register) -> int:
+    """Check that the values of a registration are possible; return the protocol version of the link.
 
     Raises
     ------
     InvalidInput
         Its name, a label or a size is not valid.
-    NotPermitted
-        It runs another release than the cloud.
+    Conflict
+        It speaks no protocol of the cloud.
     """
-    _check_release(register)
+    protocol = agree(f"machine {register.machine[:64]!r}", register.release, register.protocols)
     check_name("machine", register.machine)
     check_labels(register.labels)
     _check(register.machine, "cores", register.cores, 1, MOST_CORES)
     _check(register.machine, "bytes of memory", register.memory, LEAST_MEMORY, MOST_MEMORY)
     _check(register.machine, "bytes a second of its network", register.network, 0.0, MOST_NETWORK)
-
-
-def _check_release(register: control_link.Register) -> None:
-    """Refuse machines of other releases, which may interpret orders differently."""
-    if register.release != __version__:
-        raise NotPermitted(
-            f"machine {register.machine[:64]!r} runs release {register.release[:64] or '(unknown)'}, but this cloud "
-            f"runs {__version__}: install that release on it; its containers end and restart from their checkpoints"
-        )
+    return protocol
 
 
 def check_heartbeat(machine: Machine, heartbeat: control_link.Heartbeat) -> None:

@@ -83,9 +83,27 @@ def _take(handle: int, lock: Path, what: str, advice: str) -> None:
         logger.warning("cannot write the owner to %s: %s", lock, error.strerror)
 
 
-def _owner(lock: Path) -> str:
-    """Return a description of the owner. It may be writing the file at this moment."""
+def owner_of(lock: Path) -> Owner | None:
+    """Return the process of this host that holds a lock; None if there is none."""
     try:
-        return str(from_json(lock.read_bytes(), Owner))
+        with lock.open("rb") as handle:
+            fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        owner = _written(lock)
+        return owner if owner is not None and owner.host == socket.gethostname() else None
+    except OSError:  # there is no such file, or it is on a network file system without locks
+        return None
+    return None
+
+
+def _written(lock: Path) -> Owner | None:
+    """Return the owner in a lock file, who may be writing it at this moment."""
+    try:
+        return from_json(lock.read_bytes(), Owner)
     except (OSError, msgspec.DecodeError):
-        return "another process"
+        return None
+
+
+def _owner(lock: Path) -> str:
+    """Return a description of the owner."""
+    return str(_written(lock) or "another process")

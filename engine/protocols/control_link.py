@@ -3,6 +3,7 @@
 import msgspec
 
 from engine.protocols.refusals import Refusal
+from engine.protocols.versions import UNSTATED, Protocols
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.start_state import KernelProgress
 
@@ -33,7 +34,8 @@ class Register(msgspec.Struct, tag="register"):
 
     ``memory`` is in bytes. ``network`` is the bandwidth in bytes per second, 0 if unknown. ``labels`` describe the
     machine; ``release`` is the release of this program that it runs. ``epoch`` is the epoch of the latest master that
-    it has followed, 0 if it has followed none: a master of an earlier epoch was replaced.
+    it has followed, 0 if it has followed none: a master of an earlier epoch was replaced. ``protocols`` are the ones
+    that it speaks.
     """
 
     machine: str
@@ -46,6 +48,7 @@ class Register(msgspec.Struct, tag="register"):
     carries: tuple[RunningContainer, ...] = ()
     release: str = ""
     epoch: int = 0
+    protocols: Protocols | None = None
 
 
 class MachineStarting(msgspec.Struct, tag="starting"):
@@ -163,12 +166,13 @@ class StopContainer(msgspec.Struct, tag="stop"):
 class Welcome(msgspec.Struct, tag="welcome"):
     """The machine is registered with the cloud process ``cloud``, and stops all containers except the adopted ones.
 
-    All orders on this connection are of the epoch ``epoch`` of the master.
+    All orders on this connection are of the epoch ``epoch`` of the master, and of the version ``protocol``.
     """
 
     cloud: str
     adopted: tuple[str, ...] = ()
     epoch: int = 0
+    protocol: int = UNSTATED.newest
 
 
 class Dismissed(msgspec.Struct, tag="dismissed"):

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from engine.protocols.refusals import Refusal
+from engine.protocols.versions import UNSTATED, Protocols
 from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import StoredPlan
@@ -17,10 +18,11 @@ from storage.records import CloneLogChange, PlanRecord
 
 
 class AttachContainer(msgspec.Struct, tag="attach"):
-    """Handshake of a container."""
+    """Handshake of a container, which may be of another release than the agent if it is started from an image."""
 
     container: str
     secret: str
+    protocols: Protocols = UNSTATED
 
 
 class Compiling(msgspec.Struct, tag="compiling"):

@@ -9,6 +9,7 @@ import msgspec
 from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
+from engine.protocols.versions import UNSTATED, Protocols
 from ppaas.messages.health.stops import RobotStop
 
 LINK_FACTS = "ppaas/link_facts"
@@ -85,7 +86,7 @@ class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
     ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master. ``stops`` are None if
-    the container has no robot.
+    the container has no robot. ``protocols`` are the ones that the container speaks.
     """
 
     container: str
@@ -99,6 +100,7 @@ class Hello(msgspec.Struct, tag="hello"):
     generation: int = 0
     beat: ContainerBeat = ContainerBeat(busy=False)
     stops: StopsInForce | None = None
+    protocols: Protocols = UNSTATED
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):

@@ -146,7 +146,7 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
     Raises
     ------
     Conflict
-        The cloud runs another release of this program. It may be installed before this process is started again.
+        This machine speaks no protocol of the cloud. Its release may be installed before this process starts again.
     InvalidInput, NotFound
         The stores of the cloud cannot be reached from this machine.
     Unavailable
@@ -219,7 +219,7 @@ def config_of(
     Conflict, InvalidInput, NotFound
         As of ``check_settings``.
     """
-    check_settings(settings, membership.machine)
+    check_settings(settings)
     places.run_dir.mkdir(mode=0o700, exist_ok=True)
     return AgentConfig(
         machine=membership.machine,
@@ -248,7 +248,7 @@ async def dial_again(membership: Membership, masters: Masters, options: MachineO
     Raises
     ------
     Conflict
-        The cloud was started with other settings, or runs another release.
+        The cloud was started with other settings, or speaks no protocol of this machine.
     Unavailable
         The cloud is unreachable.
     """

@@ -6,6 +6,7 @@ from engine.agent.config import ADOPT_WITHIN
 from engine.fabric.zenoh_config import RouterCredentials
 from engine.master.places import LINGER
 from engine.master.quotas import Quota
+from engine.protocols.versions import Protocols
 from engine.runtimes.registry import DEFAULT
 
 
@@ -71,6 +72,8 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
         Addresses of other processes that may lead later.
     serves : EndpointSettings
         Settings of endpoints.
+    protocols : Protocols, optional
+        Protocol versions that the cloud speaks; None if its release states none.
     """
 
     cloud: str
@@ -83,3 +86,4 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
     epoch: int = 0
     masters: tuple[str, ...] = ()
     serves: EndpointSettings = EndpointSettings()
+    protocols: Protocols | None = None

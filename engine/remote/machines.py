@@ -18,6 +18,7 @@ from engine.protocols.address import EVERYWHERE, TlsAddress, parse_address
 from engine.protocols.control_link import MastersChanged
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import ConnectionHandler, listen
+from engine.protocols.versions import OWN
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings, ContainerSettings, EndpointSettings
 from engine.remote.joining import JoinServer, Ticket, Tickets
@@ -196,7 +197,7 @@ class RemoteMachines:
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
         self._settings = ClusterSettings(
-            cloud, store, map_store, router.port, credentials, runs, __version__, serves=serves
+            cloud, store, map_store, router.port, credentials, runs, __version__, serves=serves, protocols=OWN
         )
         identity = self._authority.identity
         self.peering = Peering(

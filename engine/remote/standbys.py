@@ -17,6 +17,7 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import Refusal, error_of
 from engine.protocols.sockets import dial
+from engine.protocols.versions import OWN, Protocols, agree
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.joining import read_ticket
 from engine.remote.masters import KnownMasters
@@ -37,12 +38,13 @@ MAX_HELLO = 1 << 12
 class StandbyHello(msgspec.Struct, tag="standby_hello"):
     """A standby connects. At ``host`` and ``port`` it listens for machines once it leads; an empty host is its address.
 
-    ``release`` is the release of this program that it runs.
+    ``release`` is the release of this program that it runs, and ``protocols`` are those that it speaks.
     """
 
     host: str
     port: int
     release: str
+    protocols: Protocols | None = None
 
 
 class ReplicaFile(msgspec.Struct, tag="replica_file"):
@@ -135,8 +137,7 @@ class Standbys:
             await stream.close()
 
     def _admit(self, hello: StandbyHello, writer: asyncio.StreamWriter) -> None:
-        if hello.release != __version__:
-            raise Conflict(f"the cloud runs release {__version__}, and the standby {hello.release[:64]!r}")
+        agree("the standby", hello.release, hello.protocols)
         if self._connected > MOST_STANDBYS:
             raise Conflict(f"{MOST_STANDBYS} processes stand by already")
         host = hello.host or str(writer.get_extra_info("peername")[0])
@@ -271,7 +272,7 @@ class StandbyLink:
         stream: FrameStream[ToStandby] = FrameStream(*streams, ToStandby)
         try:
             host = "" if self._listen.host in EVERYWHERE else self._listen.host
-            await stream.send(StandbyHello(host, self._listen.port, __version__))
+            await stream.send(StandbyHello(host, self._listen.port, __version__, OWN))
             while await self._take(stream):
                 continue
         finally:

@@ -50,6 +50,8 @@ class CloudProcess:
     ----------
     arguments : sequence of str
         Further arguments, from the next start on.
+    python : str
+        Interpreter that runs it, from the next start on.
     folder : Path
         Folder with the files of the cloud.
     """
@@ -63,6 +65,7 @@ class CloudProcess:
         folder: Path | None = None,
     ) -> None:
         self.arguments = arguments
+        self.python = sys.executable
         self._environment = dict(environment or {})
         self._start_timeout = start_timeout
         self._stop_timeout = stop_timeout
@@ -137,6 +140,11 @@ class CloudProcess:
         """Stop the cloud, also one that is not up yet, and remove its temporary folder."""
         await self._stop()
 
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to the process, if it runs."""
+        if self._process is not None and self._process.returncode is None:
+            self._process.send_signal(number)
+
     async def end(self) -> None:
         """Stop the cloud, with SIGKILL if SIGTERM does not suffice; its folder is kept."""
         if self._process is not None:
@@ -148,10 +156,10 @@ class CloudProcess:
 
     async def _start(self) -> None:
         (self.folder / "ready.json").unlink(missing_ok=True)  # that of an earlier start names a process that is gone
-        command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
+        command = [self.python, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
-        command += ["--config", os.devnull, *self.arguments]  # not the settings of a cloud of this host
+        command += self.arguments
         with (self.folder / "log").open("ab") as log:
             # In its own session: on Ctrl-C the demo stops the cloud. Temporary files are removed with the folder.
             self._process = await asyncio.create_subprocess_exec(
@@ -159,9 +167,13 @@ class CloudProcess:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env=os.environ | {"TMPDIR": str(self.folder)} | self._environment,
+                env=os.environ | self._own_files() | self._environment,
                 start_new_session=True,
             )
+
+    def _own_files(self) -> dict[str, str]:
+        """Return variables that keep it off the settings of a cloud of this host, and off its temporary files."""
+        return {"TMPDIR": str(self.folder), "PPAAS_CONFIG": os.devnull}
 
     async def _wait_ready(self, timeout: float) -> CloudReady:
         assert self._process is not None

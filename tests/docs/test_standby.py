@@ -30,7 +30,7 @@ def test_the_command_lines_are_valid(words: list[str]) -> None:
 
 
 def test_the_limit_of_the_own_machine_is_a_command() -> None:
-    (text,) = [text for text in INLINE if " machine " in text]
+    (text,) = [text for text in INLINE if " machine limit " in text]
     parser = CommandParser(exit_on_error=False)
     machine.configure(parser)
     assert parser.parse_args(shlex.split(text)[2:]).max_containers == 0

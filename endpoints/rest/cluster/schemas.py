@@ -72,6 +72,8 @@ class MachineAnswer(ResponseBody):
     round_trip: float = Field(description="Mean round trip to its robots and to other machines [s]")
     round_trips: dict[str, float] = Field(description="Round trips to other machines [s]")
     kernels: KernelHealth | None = Field(description="Kernels that it compiles now; null once all are compiled")
+    release: str = Field(description="Version of ppaas; empty while it has not joined yet")
+    protocol: int = Field(description="Version of the protocol on its link to the master")
 
 
 class EndpointAnswer(ResponseBody):
@@ -89,6 +91,7 @@ class EndpointAnswer(ResponseBody):
     frames: float = Field(description="Frames that clients sent [1/s]")
     cpu: float = Field(description="CPU in use [cores]")
     memory: int = Field(description="Memory in use [bytes]")
+    protocol: int = Field(description="Version of the protocol on its link to the master")
 
 
 class PinnedMap(ResponseBody):

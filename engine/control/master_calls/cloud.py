@@ -37,6 +37,7 @@ from engine.control.views import EndpointView, GoalView, LifelongRobot, MappingR
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
+from engine.protocols.versions import agree
 from engine.specs.containers import MapVersion
 from engine.specs.robot_maps import is_lifelong
 from engine.specs.start_state import StartState
@@ -253,6 +254,7 @@ def _view(here: Registration, state: EndpointState, *, is_silent: bool) -> Endpo
         cpu=state.cpu,
         memory=state.memory,
         state="silent" if is_silent else "ready",
+        protocol=agree(here.endpoint, here.release, here.protocols),
     )
 
 

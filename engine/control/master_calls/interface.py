@@ -12,6 +12,7 @@ from engine.calls.interface import wire_name
 from engine.control.counts import REQUEST_SECONDS
 from engine.control.news import FactKind, NewsKind
 from engine.protocols.address import EndpointAddress
+from engine.protocols.versions import Protocols
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import StartState
 from ppaas.errors import PPaaSError
@@ -95,6 +96,8 @@ class Registration(msgspec.Struct, frozen=True):
         Address at which it serves clients.
     advertised : str
         Address that clients whose container is on its machine are told; empty for none.
+    protocols : Protocols, optional
+        Protocol versions that it speaks; None if its release states none.
     """
 
     endpoint: str
@@ -105,6 +108,7 @@ class Registration(msgspec.Struct, frozen=True):
     container_secret: str
     url: str
     advertised: str = ""
+    protocols: Protocols | None = None
 
 
 class ClientJoin(msgspec.Struct, frozen=True):
@@ -158,7 +162,7 @@ class MasterCalls(Protocol):
         Raises
         ------
         Conflict
-            It is of another release.
+            It speaks no protocol of this master.
         NotPermitted
             The secret is wrong.
         """

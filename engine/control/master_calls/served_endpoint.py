@@ -25,9 +25,9 @@ from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.protocols.handshakes import is_same, place_secret
 from engine.protocols.robot_link import DialEndpoint
+from engine.protocols.versions import agree
 from engine.specs.containers import MapVersion
-from ppaas import __version__
-from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
+from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -87,13 +87,12 @@ class ServedEndpoint:
         Raises
         ------
         Conflict
-            It is of another release.
+            It speaks no protocol of this master.
         NotPermitted
             It is none of this cloud, its name is not one of its machine, or its machine was removed.
         """
         self._check_origin(registration)
-        if registration.release != __version__:
-            raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {__version__}")
+        agree(f"endpoint {registration.endpoint!r}", registration.release, registration.protocols)
         self._neighbours.hang_up(registration.endpoint)  # of an earlier process, if the network was down
         self.registration = registration
         self.registered()

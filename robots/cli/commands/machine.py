@@ -21,6 +21,7 @@ OTHERS = "ppaas.machine_verbs"
 
 LISTED = (
     "id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels", "kernels",
+    "release",
 )  # fmt: skip
 MACHINES = Resource(
     "machines",

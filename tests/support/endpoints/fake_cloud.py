@@ -40,7 +40,7 @@ from engine.control.views import (
 )
 from engine.links.place_link import PlaceLink
 from engine.links.presence import RobotPresence
-from engine.master.machine import Machine
+from engine.master.machine import Machine, Software
 from engine.master.places import PlaceRequest, robot_key
 from engine.master.quotas import Quotas
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -80,6 +80,7 @@ def machine() -> Machine:
         memory_used=1 << 30,
         network_used=2.0 * (1 << 20),
         round_trip=0.0015,
+        software=Software("0.2.0", 2),
     )
 
 

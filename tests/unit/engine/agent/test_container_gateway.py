@@ -13,6 +13,7 @@ from engine.agent import store_requests
 from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
+from engine.protocols.versions import Protocols
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec, MapVersion
 from ppaas.errors import NotFound, Unavailable
@@ -136,9 +137,10 @@ async def test_socket_is_accessible_to_its_user_only(gateway: ContainerGateway) 
         machine_link.AttachContainer("c1", "wrong"),
         machine_link.AttachContainer("c1", "schlüssel"),
         machine_link.AttachContainer("c2", "secret"),
+        machine_link.AttachContainer("c1", "secret", Protocols(8, 9)),
         machine_link.SaveClone(1, {}),
     ],
-    ids=["wrong secret", "odd secret", "unknown container", "nameless"],
+    ids=["wrong secret", "odd secret", "unknown container", "unknown protocols", "nameless"],
 )
 async def test_unknown_client_is_disconnected_and_the_expected_one_attaches(
     gateway: ContainerGateway, first: msgspec.Struct, attach: Attach

@@ -1,6 +1,7 @@
 """An endpoint whose master is alive, and was outranked by another one."""
 
 import asyncio
+import math
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Protocol
@@ -64,6 +65,7 @@ async def test_an_endpoint_ends_when_its_master_was_outranked(
     caplog: pytest.LogCaptureFixture,
 ) -> None:  # fmt: skip
     monkeypatch.setattr(module, "PERIOD", 0.02)
+    monkeypatch.setattr(module, "SUCCESSION", 0.5)
     lease = OtherLeader()
     endpoint = endpoint_of(server, lease, short_path)
     await endpoint.start()
@@ -74,7 +76,10 @@ async def test_an_endpoint_ends_when_its_master_was_outranked(
     cloud.lead.is_lost = True
     await until(lambda: lease.asked > 2)
     assert not running.done(), "nobody else leads, as when the store fails"
+    assert endpoint.cloud.master_silence < 10.0
     lease.taken = True
+    await until(lambda: endpoint.cloud.master_silence == math.inf)
+    assert not running.done(), "its clients are served until the other leader can"
     await asyncio.wait_for(running, 10.0)
     assert "another process leads this cloud now" in caplog.text
     await endpoint.close()

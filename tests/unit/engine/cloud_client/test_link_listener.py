@@ -17,6 +17,7 @@ from engine.protocols.handshakes import place_secret
 from engine.protocols.refusals import Refusal
 from engine.protocols.sockets import dial_pinned
 from engine.protocols.tls_identity import stranger_context
+from engine.protocols.versions import Protocols
 from engine.remote.authority import Authority
 from engine.remote.membership import enrol
 from ppaas.errors import NotPermitted
@@ -174,6 +175,16 @@ async def test_the_next_container_of_a_place_replaces_the_one_before(
     await until(lambda: places.link(PLACE).container == "c2")
     await check_served(places, second)
     await second.close()
+
+
+async def test_a_container_that_speaks_no_protocol_of_the_endpoint_is_shut_down(
+    listener: LinkListener, places: EndpointPlaces, caplog: pytest.LogCaptureFixture
+) -> None:
+    stream = await dial(listener, replace(hello_of(listener), protocols=Protocols(8, 9)))
+    assert await receive(stream) == robot_link.Shutdown()
+    assert await receive(stream) is None
+    assert "with protocols 8 to 9" in caplog.text and places.link(PLACE).container is None
+    await stream.close()
 
 
 async def test_a_container_that_was_replaced_is_shut_down_and_its_successor_does_not_notice(

@@ -143,7 +143,7 @@ async def test_machine_of_another_release_is_dismissed_and_robots_continue(
     keep(store, running())
     old = await FakeMachine.join(tmp_path, carries=(running(),), release="0.0.9")
     assert await old.order() is None and old.dismissed, "so that it ends all its containers"
-    assert "'m1' runs release 0.0.9, but this cloud" in caplog.text
+    assert "'m1' runs release 0.0.9 with unknown protocols" in caplog.text
     service.open_place(robot_request())
     new = await FakeMachine.join(tmp_path)
     order = await new.started()

@@ -6,7 +6,9 @@ import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 
+import msgspec
 import pytest
+from msgspec.structs import replace
 
 from engine.local.process_keeper import ProcessKeeper, left_processes
 from engine.processes.heartbeats import BeatFile
@@ -82,6 +84,17 @@ async def test_a_process_with_other_settings_is_ended_and_started_anew(one: Proc
     await following.start()
     await until(lambda: len(pids(tmp_path)) == 2)
     assert before["e-1"] not in pids(tmp_path).values()
+    await following.stop()
+
+
+async def test_a_process_of_another_release_is_ended_and_started_anew(one: ProcessKeeper, tmp_path: Path) -> None:
+    before = pids(tmp_path)
+    await end_as_if_killed(one)
+    records = [replace(left, release="0.0.9") for left in left_processes(tmp_path / "here.json")]
+    (tmp_path / "here.json").write_bytes(msgspec.json.encode(records))
+    following = keeper(tmp_path, "e-1")
+    await following.start()
+    await until(lambda: pids(tmp_path).get("e-1") not in (before["e-1"], None))
     await following.stop()
 
 

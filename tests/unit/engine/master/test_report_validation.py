@@ -8,7 +8,8 @@ import pytest
 
 from engine.master.report_validation import LEAST_MEMORY, MOST_CORES, check_heartbeat, check_registration
 from engine.protocols.control_link import ContainerLoad, Heartbeat, Register
-from ppaas.errors import InvalidInput, InvalidParameter, NotPermitted
+from engine.protocols.versions import OWN, Protocols
+from ppaas.errors import Conflict, InvalidInput, InvalidParameter
 from tests.support.engine.engine_links import register
 from tests.support.engine.placing import machine
 
@@ -21,9 +22,15 @@ def test_valid_registration_is_accepted() -> None:
     check_registration(registration(cores=MOST_CORES, memory=LEAST_MEMORY, labels={"zone": "a"}, network=1e8))
 
 
+@pytest.mark.parametrize(("spoken", "agreed"), [(None, 1), (OWN, OWN.newest), (Protocols(OWN.newest, 9), OWN.newest)])
+def test_a_machine_of_another_release_is_accepted_by_its_protocols(spoken: Protocols | None, agreed: int) -> None:
+    release = "0.2.0" if spoken is None else "9.9.9"
+    assert check_registration(registration(release=release, protocols=spoken)) == agreed
+
+
 @pytest.mark.parametrize("release", ["", "0.0.9", "x" * 1000])
-def test_machine_of_another_release_is_refused(release: str) -> None:
-    with pytest.raises(NotPermitted, match="release") as refused:
+def test_machine_of_another_release_without_protocols_is_refused(release: str) -> None:
+    with pytest.raises(Conflict, match="release") as refused:
         check_registration(registration(release=release))
     assert len(str(refused.value)) < 300
 

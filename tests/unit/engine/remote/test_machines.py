@@ -13,6 +13,7 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
+from engine.protocols.versions import Protocols
 from engine.remote.agent import MachineOptions, SocketFolders, config_of, stay
 from engine.remote.cluster_settings import ContainerSettings
 from engine.remote.machines import RemoteMachines, make_ticket
@@ -106,7 +107,7 @@ async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> N
         config_of(membership, MachineOptions(), settings, SocketFolders(tmp_path / "run", None), Masters(membership))
 
 
-async def test_machine_exits_if_the_cloud_runs_another_release(
+async def test_machine_exits_if_it_speaks_no_protocol_of_the_cloud(
     cloud: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The machine exits, to be started again with the new release; a retry would run the old one for ever."""
@@ -114,8 +115,8 @@ async def test_machine_exits_if_the_cloud_runs_another_release(
     # A machine keeps its temporary files in its own folder; later tests must not.
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("engine.remote.settings_check.__version__", "0.0.9")
-    with pytest.raises(Conflict, match="the cloud runs release"):
+    monkeypatch.setattr("engine.remote.machines.OWN", Protocols(8, 9))
+    with pytest.raises(Conflict, match=r"the cloud runs release .* with protocols 8 to 9.*upgrade this process first"):
         await stay(membership, MachineOptions())
 
 

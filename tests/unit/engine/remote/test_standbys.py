@@ -14,6 +14,7 @@ from engine.protocols import control_link
 from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
+from engine.protocols.versions import Protocols
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.machines import RemoteMachines, make_ticket
@@ -186,8 +187,12 @@ async def test_a_stopped_master_delays_no_machine(leader: Leader, tmp_path: Path
 
 @pytest.mark.parametrize(
     ("hello", "why"),
-    [(StandbyHello("", 1, "0.0.1"), "runs release"), (b"no hello", "not a message")],
-    ids=["another release", "no hello"],
+    [
+        (StandbyHello("", 1, "0.0.1"), "runs release"),
+        (StandbyHello("", 1, "9.9.9", Protocols(8, 9)), "with protocols 8 to 9"),
+        (b"no hello", "not a message"),
+    ],
+    ids=["earlier release", "later release", "no hello"],
 )
 async def test_a_standby_that_cannot_take_over_is_told_why(
     leader: Leader, tmp_path: Path, hello: StandbyHello | bytes, why: str

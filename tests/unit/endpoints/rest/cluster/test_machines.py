@@ -108,7 +108,7 @@ async def test_an_endpoint_is_shown_with_its_load(client: httpx.AsyncClient, log
     shown = (await client.get("/v1/endpoints/local-1", headers=admin)).json()
     assert shown == {
         "id": "local-1", "machine": "m1", "pid": 4711, "url": "http://127.0.0.1:8500", "release": "0.2.0",
-        "state": "ready", "sockets": 3, "frames": 60.0, "cpu": 0.25, "memory": 90 << 20,
+        "state": "ready", "sockets": 3, "frames": 60.0, "cpu": 0.25, "memory": 90 << 20, "protocol": 1,
     }  # fmt: skip
     cloud.serving.clear()
     problem_of(await client.get("/v1/endpoints/local-1", headers=admin), 404, "not-found")

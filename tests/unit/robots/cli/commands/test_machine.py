@@ -24,8 +24,9 @@ async def test_an_administrator_lists_the_machines(ppaas: CommandLine) -> None:
             "memory",
             "labels",
             "kernels",
+            "release",
         ],
-        ["m1", "ready", "4", "16", "1", "1", "0.5", "1.0", "GiB", "8.0", "GiB", "-", "-"],
+        ["m1", "ready", "4", "16", "1", "1", "0.5", "1.0", "GiB", "8.0", "GiB", "-", "-", "0.2.0"],
     ]
 
 

@@ -1,0 +1,1 @@
+"""Upgrade of a cloud, one process after another, while robots drive."""
