@@ -126,6 +126,6 @@ async def driving_by_hand(client: RobotClient, *, take_over: bool = False) -> As
     try:
         await hand.begin(take_over=take_over)
         yield hand
-        await hand.leave()
     finally:
+        await hand.leave()
         await client.unsubscribe(subscription)

@@ -89,6 +89,8 @@ class TeleopState(OwnMessage):
         Velocity that was sent to the base [m/s, rad/s].
     max_linear, max_angular : float
         Fastest speeds [m/s, rad/s].
+    command_timeout, view_timeout : float
+        Ages of commands, and of what the driver sees, above which the robot stops [s].
     """
 
     header: Header
@@ -102,3 +104,5 @@ class TeleopState(OwnMessage):
     angular: float = 0.0
     max_linear: float = 0.0
     max_angular: float = 0.0
+    command_timeout: float = 0.0
+    view_timeout: float = 0.0

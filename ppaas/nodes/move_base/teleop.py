@@ -72,7 +72,7 @@ class Teleop:
         self._send = send
         self._make_way = make_way
         self._refusal = refusal
-        self._least_gap = 1.0 / parameters.max_rate
+        self._parameters = parameters
         self._fastest = Velocity(
             min(parameters.max_vel_x, base.max_vel_x), min(parameters.max_vel_theta, base.max_vel_theta)
         )
@@ -109,7 +109,7 @@ class Teleop:
         driver = self._machine.driver
         stops = self._sent != Velocity() == self._machine.velocity(now)
         of_driver = driver is not None and driver.id == command.id
-        if driver is not before or stops or (of_driver and now - self._passed_at >= self._least_gap):
+        if driver is not before or stops or (of_driver and now - self._passed_at >= 1.0 / self._parameters.max_rate):
             self._passed_at = now
             self._drive(now)
             self._publish(now)
@@ -188,6 +188,7 @@ class Teleop:
             mode=TeleopMode.REFUSED if self._refusal else self._mode, text=self._refusal,
             linear=self._sent.linear, angular=self._sent.angular,
             max_linear=self._fastest.linear, max_angular=self._fastest.angular,
+            command_timeout=self._parameters.command_timeout, view_timeout=self._parameters.view_timeout,
         )  # fmt: skip
         if driver is not None:
             state.id, state.driver, state.command, state.text = driver.id, driver.name, driver.number, driver.lock

@@ -1,9 +1,7 @@
 /** A driver as the clone knows it: its commands, the states that it hears, and why it may not drive. No sockets or clocks. */
 
-/** Age of the pose that is shown beyond which it does not drive [s]; the clone has a limit, too. */
-export const VIEW_LIMIT = 1;
-/** Age of the last state beyond which the link counts as stalled [s]. */
-const STATE_LIMIT = 0.5;
+/** Longest time between two states of a driver, with what a busy browser adds [s]. */
+const STATE_PERIOD = 0.2;
 /** Round trips of which the middle one is shown. */
 const TRIPS = 9;
 /** States whose arrival is known. */
@@ -108,7 +106,11 @@ export class TeleopDriver {
   }
 
   #stale(now, poseAt) {
-    return now - poseAt > VIEW_LIMIT || now - this.#heardAt > STATE_LIMIT;
+    return this.#stalls(now) || now - poseAt > this.state.view_timeout;
+  }
+
+  #stalls(now) {
+    return now - this.#heardAt > this.state.command_timeout + STATE_PERIOD;
   }
 
   /** What to tell the driver. @param {number} now seconds @param {number} poseAt @returns {string} */
@@ -118,8 +120,8 @@ export class TeleopDriver {
     if (state.mode === "refused") return `It cannot be driven by hand: ${state.text}`;
     if (state.id && !this.drives) return `${state.driver || "Somebody else"} ${this.#wasDriver ? "has taken over" : "drives"}`;
     if (!this.drives) return this.#wasDriver ? "You drive no longer: nothing came from here for too long" : "Asking for the robot…";
-    if (now - this.#heardAt > STATE_LIMIT) return "Locked: the link is stalled";
-    if (now - poseAt > VIEW_LIMIT) return "Locked: the position on the map is old";
+    if (this.#stalls(now)) return "Locked: the link is stalled";
+    if (now - poseAt > state.view_timeout) return "Locked: the position on the map is old";
     if (state.mode === "locked") return `Locked: ${state.text}. Let go, then press again`;
     return SAID[state.mode] ?? "";
   }

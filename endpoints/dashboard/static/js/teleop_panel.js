@@ -15,8 +15,8 @@ export class TeleopPanel {
   #takeOver;
   #pad;
   #knob = make("span", { className: "teleop-knob", "aria-hidden": "true" });
-  #text = make("p", { className: "doing", role: "status" });
-  #trip = make("p", { className: "where" });
+  #text = make("p", { className: "teleop-text", role: "status" });
+  #trip = make("p", { className: "teleop-trip" });
 
   /** @param {{begin: () => void, end: () => void, takeOver: () => void, moved: () => void}} orders */
   constructor(orders) {

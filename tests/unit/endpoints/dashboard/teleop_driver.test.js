@@ -5,7 +5,7 @@ import { test } from "node:test";
 import { TeleopDriver } from "../../../../endpoints/dashboard/static/js/teleop_driver.js";
 
 const AHEAD = { linear: 1, angular: 0 };
-const state = (fields = {}) => ({ number: 1, id: "me", driver: "ada", mode: "ready", text: "", command: 0, max_linear: 0.5, max_angular: 1, ...fields });
+const state = (fields = {}) => ({ number: 1, id: "me", driver: "ada", mode: "ready", text: "", command: 0, max_linear: 0.5, max_angular: 1, command_timeout: 0.3, view_timeout: 1, ...fields });
 
 /** A driver that has let go of the control at 1 s, and sees a pose of that time. */
 function driving() {
