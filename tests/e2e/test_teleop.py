@@ -15,6 +15,7 @@ from robots.client.robot_client import RobotClient
 from robots.client.teleop import PERIOD, Hand, driving_by_hand
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.local_nodes import ABLE, managing
 from tests.support.network.forwarder import Forwarder
 from tests.support.waiting import patience, until
 from tests.support.world.planar_world import walled_map
@@ -22,7 +23,7 @@ from tests.support.world.planar_world import walled_map
 pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 ROOM = walled_map(6.0, 4.0, [])
-START = Pose2D(1.5, 2.0, 0.0)
+START = Pose2D(4.0, 2.0, 0.0)
 ROBOT = "tb-hand"
 
 
@@ -181,3 +182,15 @@ async def test_one_who_may_only_look_does_not_drive(cloud: RunningCloud, drive: 
         await until(lambda: told)
         asking.cancel()
     assert "needs the role 'drive'" in str(told[0])
+
+
+async def test_a_robot_with_move_base_on_board_is_driven_in_the_same_way(drive: Drive) -> None:
+    async with managing(drive.robot, ABLE) as manager:
+        await manager.ask("move_base", "robot")
+        await until(lambda: manager.running == {"move_base"}, 60)
+        had = len(drive.commands)
+        async with driving_by_hand(drive.operator) as hand:
+            await hold(hand, 0.0, 0.3, seconds=1.0)
+            assert (0.0, 0.3) in commanded(drive, had)
+            await hand.let_go()
+            await until(lambda: last(drive) == (0.0, 0.0))
