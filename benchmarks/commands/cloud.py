@@ -63,7 +63,7 @@ class ServiceBench:
 
     HELP = "waiting times of a user, from the start of a cloud to driving robots"
 
-    PARTS = ("startup", "first", "plans", "load", "maps", "containers", "fleet", "dashboard", "push")
+    PARTS = ("startup", "first", "plans", "load", "maps", "containers", "fleet", "dashboard", "push", "teleop")
 
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure, PartSelection
-from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup
+from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup, teleop
 
 Measure = Callable[[CloudUnderTest, Progress, bool], Awaitable[list[Figure]]]
 
@@ -20,6 +20,7 @@ PARTS: dict[str, Measure] = {
     dashboard.PART: dashboard.measure,
     fleet.PART: fleet.measure,
     map_transfer.PUSH: map_transfer.measure_push,
+    teleop.PART: teleop.measure,
 }
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 

@@ -124,7 +124,8 @@ class RetainedSession:
         wire = RosbridgeSession(options.level, scope_of(attach.client.robot, options.namespace), packer)
         self.session = ClientSession(
             place, attach.client.role, wire, attach.client.title, self._permits.take,
-            access=attach.access, identity=f"goal-{self.id}", unsettled=self.unsettled, ask=self.ask_permit,
+            access=attach.access, user=attach.client.user, identity=f"goal-{self.id}", unsettled=self.unsettled,
+            ask=self.ask_permit,
         )  # fmt: skip
         self.session.outbox.repeats = options.counts
         self.session.over.add_done_callback(lambda over: self._tell_over(over.result()))

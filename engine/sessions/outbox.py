@@ -77,6 +77,7 @@ class FrameOutbox:
         self._entries: OrderedDict[int, _QueuedMessage] = OrderedDict()
         self._bytes = 0
         self._by_topic: defaultdict[str, deque[int]] = defaultdict(deque)
+        self._urgent: deque[int] = deque()
         self._parts: deque[_QueuedMessage] = deque()
         self._whole: _QueuedMessage | None = None
         self._fragmented = itertools.count(1)
@@ -103,13 +104,15 @@ class FrameOutbox:
     def put(self, topic: str, frame: bytes, keep: int, fragment_size: int = 0) -> None:
         """Add a frame of a topic; beyond ``keep`` waiting frames of it, the oldest is dropped.
 
+        One of an urgent topic is sent before all that wait, but those of urgent topics.
         It is sent in fragments if it has more than ``fragment_size`` characters, unless that is 0.
         """
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
             self._drop(waiting.popleft())
         policy = policy_of(topic)
-        waiting.append(self._add(_QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting, fragment_size)))
+        entry = _QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting, fragment_size)
+        waiting.append(self._add(entry, urgent=policy.urgent))
 
     def put_answer(self, frame: bytes, fragment_size: int = 0, sent: Sent | None = None) -> None:
         """Add a frame that must not be dropped: a response, or a status; for ``fragment_size`` see ``put``.
@@ -127,9 +130,11 @@ class FrameOutbox:
                 raise Unavailable("the client sends requests faster than it reads the responses")
         self._add(_QueuedMessage(frame, float("inf"), True, fragment_size, sent))
 
-    def _add(self, entry: _QueuedMessage) -> int:
+    def _add(self, entry: _QueuedMessage, *, urgent: bool = False) -> int:
         number = next(self._numbers)
         self._entries[number] = entry
+        if urgent:
+            self._urgent.append(number)
         self._bytes += len(entry.frame)
         self.flush()
         if self._bytes > MAX_BYTES:
@@ -139,6 +144,8 @@ class FrameOutbox:
     def _drop(self, number: int) -> None:
         entry = self._entries.pop(number, None)
         if entry is not None:
+            if number in self._urgent:
+                self._urgent.remove(number)
             if self._sink is not None:
                 self.dropped, self.dropped_at = self.dropped + 1, self._clock()
             self._bytes -= len(entry.frame)
@@ -178,14 +185,25 @@ class FrameOutbox:
         """Send waiting frames while the connection is ready; expired frames are skipped."""
         sink = None if self._corks else self._sink
         while sink is not None and sink.ready and (self._parts or self._entries):
-            if not self._parts:
+            if self._urgent:
+                self._send_urgent(sink)
+            elif self._parts:
+                self._send(sink, self._parts.popleft())
+            else:
                 self._take_next()
-                continue
-            entry = self._parts.popleft()
-            self._note_sent(entry)
-            if entry.sent is not None:
-                entry.sent()
-            sink.send_frame(entry.frame)
+
+    def _send_urgent(self, sink: FrameSink) -> None:
+        """Send the next urgent frame whole, also between the fragments of another, unless it is expired."""
+        entry = self._entries.pop(self._urgent.popleft())
+        self._bytes -= len(entry.frame)
+        if self._clock() < entry.expires:
+            self._send(sink, entry)
+
+    def _send(self, sink: FrameSink, entry: _QueuedMessage) -> None:
+        self._note_sent(entry)
+        if entry.sent is not None:
+            entry.sent()
+        sink.send_frame(entry.frame)
 
     def _take_next(self) -> None:
         """Make the next waiting frame, unless it is expired, the one to send, in its fragments."""

@@ -14,7 +14,7 @@ from typing import Any, Final, ParamSpec
 from engine.links.shared_place import check_type
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
-from engine.rights.roles import Role, check_may_publish
+from engine.rights.roles import Role, check_may_publish, signed
 from engine.sessions.calls import ClientCalls
 from engine.sessions.goals import ClientGoals
 from engine.sessions.namespaces import namespace_hint, with_hint
@@ -335,6 +335,8 @@ class ClientSession:
         known yet.
     access : Access
         Rights of the client.
+    user : str
+        User of the client.
     identity : str
         Name of the session among all sessions of the robot, by which its goals are known; by default made up.
     unsettled : UnsettledFrames, optional
@@ -361,13 +363,13 @@ class ClientSession:
         count_plan: Callable[[], None] = lambda: None,
         *,
         access: Access,
+        user: str = "",
         identity: str = "",
         unsettled: UnsettledFrames | None = None,
         ask: Callable[[], None] = lambda: None,
     ) -> None:
         self.access = access
-        self._place = place
-        self._role = role
+        self._place, self._role, self._user = place, role, user
         self._wire = wire
         wire.spelling_of, wire.packer.type_of = spelling_at(place), place.topic_type
         self.name = name
@@ -532,7 +534,8 @@ class ClientSession:
             self._posting.count_plan()
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
         try:
-            self._posting.post(topic, bytes(operation.msg), must_arrive=must_arrive, latch=latch)
+            message = signed(topic, bytes(operation.msg), self._user)
+            self._posting.post(topic, message, must_arrive=must_arrive, latch=latch)
         except NotFound as error:
             raise with_hint(error, topic, self._place.topics) from error
 

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from ppaas.clock import epoch
-from ppaas.clone.driving import in_traffic, move_base_defaults, move_base_kind
+from ppaas.clone.driving import by_hand, in_traffic, move_base_defaults, move_base_kind
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.optional_nodes import exploring, octomap_makers, people_makers
@@ -185,6 +185,7 @@ def _move_base(
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(_built, threads, body.robot_radius, costs) if maps else None
+    teleop = by_hand(given, body)
     kind = in_traffic(given, move_base_kind(given, _kind(maps), maps=maps), body, robot, maps=maps)
 
     def move_base(context: Context) -> MoveBaseNode:
@@ -197,7 +198,7 @@ def _move_base(
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
             processors=_processors(reuse, body, driving, tracked=tracked), version=None if maps else reuse.version,
-            passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
+            passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x), teleop=teleop,
             top_speed=body.limits.max_vel_x, limits_by_place=limits_by_place, adapt=adapt, build=build,
         )  # fmt: skip
 

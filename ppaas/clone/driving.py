@@ -1,14 +1,19 @@
-"""Move Base of robots that drive as far as traffic grants, or follow paths themselves, and its parameters."""
+"""Ways of driving of Move Base, with their parameters: as far as traffic grants, along paths by itself, by hand."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import controller_of
+from ppaas.controllers.command_guard import CommandGuard
+from ppaas.controllers.drive_parameters import body_of
 from ppaas.errors import InvalidParameter
+from ppaas.navigation.teleoperation import TeleopParameters
 from ppaas.nodes.base import Context
 from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollowingNode, RobotPathFollower
 from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.nodes.move_base.teleop import Teleop
 from ppaas.parameters import Parameters, check_numbers
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
@@ -124,3 +129,20 @@ def move_base_kind(given: NodeParameters, usual: type[MoveBaseNode], *, maps: bo
         return PathFollowingNode(context, **options | {"controller": RobotPathFollower(context, parameters)})
 
     return make
+
+
+TELEOP = "teleop"
+"""Name of the parameters of driving by hand."""
+
+
+def by_hand(given: NodeParameters, body: RobotModel) -> Callable[..., Teleop]:
+    """Return the maker of the part of Move Base by which operators drive a robot by hand.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    parameters = given.read(TeleopParameters, TELEOP)
+    guard = CommandGuard(body_of(body.footprint, body.robot_radius), body.limits, parameters.reaction_time)
+    return partial(Teleop, parameters=parameters, guard=guard, base=body.limits)

@@ -54,6 +54,8 @@ class Topic(NamedTuple):
         somebody subscribes.
     local : bool
         Not sent to the cloud while a node on the robot subscribes to it.
+    urgent : bool
+        Messages to a client are sent before all others that wait for it.
     many_publishers : bool
         A node on the robot that publishes it also has to receive what the cloud and clients publish on it.
     merge : callable, optional
@@ -73,6 +75,7 @@ class Topic(NamedTuple):
     shared: bool = False
     repeated: bool = False
     local: bool = False
+    urgent: bool = False
     many_publishers: bool = False
     merge: Callable[[Any, Any], Any] | None = None
 

@@ -32,6 +32,7 @@ from ppaas.messages.nav2_msgs import (
 )
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from ppaas.messages.octomap_msgs import Octomap
+from ppaas.messages.operators.teleoperation import TeleopCommand, TeleopState
 from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState, SensorView
 from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
@@ -109,12 +110,14 @@ MOVE_BASE_STATUS = Topic("move_base/status", GoalStatusArray, stream=True)
 MOVE_BASE_FEEDBACK = Topic("move_base/feedback", MoveBaseActionFeedback, stream=True)
 MOVE_BASE_RESULT = Topic("move_base/result", MoveBaseActionResult, published_once=True, depth=1000, lasting=True)
 NAVIGATE_TO_POSE_FEEDBACK = Topic("navigate_to_pose/feedback", NavigateToPoseActionFeedback, stream=True)
-CMD_VEL = Topic("cmd_vel", Twist, stream=True, depth=1, expiry=0.5)
+CMD_VEL = Topic("cmd_vel", Twist, stream=True, depth=1, expiry=0.5, urgent=True)
 PLAN = Topic("plan", Path, stream=True, depth=1)
 LOCAL_PLAN = Topic("local_plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)
 SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
 STOP_STATE = Topic("stop/state", StopState, latched=True, depth=1, lasting=True, robot_only=True)
+TELEOP_CMD = Topic("teleop_cmd", TeleopCommand, stream=True, depth=1)
+TELEOP_STATE = Topic("teleop_state", TeleopState, stream=True, depth=1, expiry=1.0, urgent=True, robot_only=True)
 
 # -- traffic of the robots of a map -----------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from ppaas.costmap.global_parameters import GlobalCostmapParameters, StaticLayer
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.teleoperation import TeleopParameters
 from ppaas.nodes.follow_path.node import FollowPathParameters
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.map_server.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters
@@ -38,6 +39,7 @@ from ppaas.recoveries.registry import RECOVERIES
 
 NODES: dict[str, type[Parameters]] = {
     "move_base": MoveBaseParameters,
+    "teleop": TeleopParameters,
     "amcl": AmclParameters,
     "grid_slam": GridSlamParameters,
     "octomap_server": OctomapServerParameters,

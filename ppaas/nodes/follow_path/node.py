@@ -169,6 +169,7 @@ class PathFollowingNode(MoveBaseNode):
         As of `MoveBaseNode`.
     """
 
+    not_by_hand: ClassVar[str] = "it follows paths itself, and obeys no velocities"
     demands: ClassVar[Demands | None] = None
     subscribes: ClassVar[tuple[Topic, ...]] = (
         *MoveBaseNode.subscribes, topics.FOLLOW_PATH_FEEDBACK, topics.FOLLOW_PATH_RESULT,

@@ -164,6 +164,7 @@ class GrantedMoveBaseNode(MoveBaseNode):
         As of `MoveBaseNode`.
     """
 
+    not_by_hand: ClassVar[str] = "it takes part in the traffic of its map, where others rely on the way it was granted"
     subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, topics.TRAFFIC_GRANTS)
     publishes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.publishes, topics.TRAFFIC_REPORT)
 

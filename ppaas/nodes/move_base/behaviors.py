@@ -126,7 +126,7 @@ class Behaviors:
     send : callable
         Publishes a velocity for the base.
     preempt : callable
-        Called with a reason before a behaviour begins; ends the goal of Move Base.
+        Called with a reason before a behaviour begins; ends the goal of Move Base, or returns why none may begin.
     check_released : callable
         Raises ``PPaaSError`` while the robot is stopped.
     """
@@ -136,7 +136,7 @@ class Behaviors:
 
     def __init__(
         self, context: Context, surroundings: Surroundings, recoveries: Sequence[Recovery], *, top_speed: float,
-        period: float, send: Callable[[Velocity], None], preempt: Callable[[str], None],
+        period: float, send: Callable[[Velocity], None], preempt: Callable[[str], str],
         check_released: Callable[[], None],
     ) -> None:  # fmt: skip
         self._context = context
@@ -190,7 +190,9 @@ class Behaviors:
             self._refuse(kind, BehaviorGoal(name, stamp, kind.action, 0.0, 0.0), str(error))
             return
         reason = f"Replaced by another goal: {name}"
-        self._preempt(reason)
+        if refusal := self._preempt(reason):
+            self._refuse(kind, goal, refusal)
+            return
         self.preempt(reason)
         self._begin(kind, goal)
 

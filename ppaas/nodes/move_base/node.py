@@ -46,6 +46,7 @@ from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedLimits, without_limits
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.nodes.move_base.teleop import Teleop
 from ppaas.nodes.move_base.through_goals import GAVE_WAY, gives_way, is_update_of, limit_of_goal, poses_of, update_of
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
@@ -103,6 +104,8 @@ class MoveBaseNode(Node):
         Version of the map; None if it is not published.
     passive_safety : PassiveSafety
         Slows the robot down in front of approaching people.
+    teleop : callable
+        Makes the part by which operators drive by hand.
     costmap_topics : CostmapTopics
         Publishes costmaps and the footprint.
     top_speed : float
@@ -116,6 +119,8 @@ class MoveBaseNode(Node):
     """
 
     name: ClassVar[str] = "move_base"
+    not_by_hand: ClassVar[str] = ""
+    """Why operators do not drive such a robot by hand; empty if they may."""
     demands: ClassVar[Demands | None] = Demands(
         0.6, rates={topics.SCAN.name: topics.SCAN_RATE, topics.ODOM.name: topics.ODOM_RATE}
     )
@@ -123,12 +128,13 @@ class MoveBaseNode(Node):
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE, topics.PEOPLE_STATE, topics.AMCL_STATUS, topics.STOP_STATE,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
+        *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes, *Teleop.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
         topics.NAVIGATE_TO_POSE_FEEDBACK, *NAVIGATE_THROUGH_POSES[2:], *PathActions.publishes, *Behaviors.publishes,
+        *Teleop.publishes,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
@@ -142,7 +148,8 @@ class MoveBaseNode(Node):
         self, context: Context, *, surroundings: Surroundings, costmap_topics: CostmapTopics,
         planner: Planner, path_planners: Mapping[str, Planner], controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]], parameters: MoveBaseParameters, threads: Threads,
-        processors: Processors, version: str | None, passive_safety: PassiveSafety, top_speed: float,
+        processors: Processors, version: str | None, passive_safety: PassiveSafety, teleop: Callable[..., Teleop],
+        top_speed: float,
         limits_by_place: Callable[[MapLayers, Callable[[], float]], Sequence[LimitsByPlace]] = without_limits,
         adapt: Callable[[MapLayers], MapLayers] = unchanged, build: Build | None = None,
     ) -> None:  # fmt: skip
@@ -152,8 +159,7 @@ class MoveBaseNode(Node):
         self._limits = SpeedLimits(limits_by_place(surroundings.layers, context.now))
         self._static_layer = None if build is None else StaticLayer(context, build, self.use_layers, self._goal_poses)
         self._progress_checker = ProgressChecker()
-        self._costmap_topics = costmap_topics
-        self._surroundings = surroundings
+        self._costmap_topics, self._surroundings = costmap_topics, surroundings
         make = self._make_planner
         self._planner = make(context, planner, surroundings, parameters, threads=threads, processor=processor)
         self._period = 1.0 / parameters.controller_frequency
@@ -169,12 +175,15 @@ class MoveBaseNode(Node):
             context, surroundings, [recovery for _, recovery in recoveries], top_speed=top_speed, period=self._period,
             send=self._executor.send, preempt=self._preempt, check_released=self._executor.check_released,
         )  # fmt: skip
+        self._teleop = teleop(
+            context, surroundings, limits=self._limits, passive_safety=passive_safety, send=self._executor.send,
+            make_way=self._make_way, refusal=self.not_by_hand,
+        )  # fmt: skip
         self._paths = RobotPaths(
             context, surroundings, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
         )
         self._cycle: Timer | None = None
-        self._events: deque[events.Event] = deque()
-        self._counter, self._handling = 0, False
+        self._events, self._counter, self._handling = deque[events.Event](), 0, False
 
     def _make_planner(self, *arguments: Any, **options: Any) -> RobotPlanner:
         """Return what makes the plans for goals, from the arguments of `RobotPlanner`."""
@@ -182,8 +191,8 @@ class MoveBaseNode(Node):
 
     @property
     def busy(self) -> bool:
-        """True while a goal is active or a behaviour runs."""
-        return self._machine.goals.active is not None or self._behaviors.active
+        """True while a goal is active, a behaviour runs, or somebody drives by hand."""
+        return self._machine.goals.active is not None or self._behaviors.active or bool(self._teleop.holds)
 
     @property
     def costs(self) -> Costmap | None:
@@ -248,7 +257,7 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
-        if self._paths.actions.take(topic, message) or self._behaviors.take(topic, message):
+        if any(part.take(topic, message) for part in (self._paths.actions, self._behaviors, self._teleop)):
             return
         now = self.context.elapsed()
         message = update_of(topic, message) or message
@@ -281,8 +290,9 @@ class MoveBaseNode(Node):
         self._counter += 1
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         goal = events.Goal(name, pose, stamp, through, many)
-        if gives_way(goal, self._machine.goals.active, behaves=self._behaviors.active):
-            self._topics.result(goal, Status.REJECTED, GAVE_WAY)
+        gives = gives_way(goal, self._machine.goals.active, behaves=self._behaviors.active)
+        if refusal := self._teleop.holds or (GAVE_WAY if gives else ""):
+            self._topics.result(goal, Status.REJECTED, refusal)
             return
         if not self._machine.goals.knows(name, self.context.elapsed()):
             self._planner.head_for(pose)
@@ -313,8 +323,16 @@ class MoveBaseNode(Node):
         self._feed(events.Held(self.context.elapsed()))
         self._tick()
 
-    def _preempt(self, reason: str) -> None:
+    def _preempt(self, reason: str) -> str:
+        """End the goal for a behaviour; return why no behaviour may run instead, if somebody drives by hand."""
+        if not self._teleop.holds:
+            self._feed(events.Preempted(self.context.elapsed(), reason))
+        return self._teleop.holds
+
+    def _make_way(self, reason: str) -> None:
+        """End the goal or the behaviour, for somebody who drives by hand."""
         self._feed(events.Preempted(self.context.elapsed(), reason))
+        self._behaviors.preempt(reason)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Plan a path without moving, or clear the observed obstacles.

@@ -19,6 +19,7 @@ import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./sha
 import { Stage } from "./stage.js";
 import { startText } from "./start_state.js";
 import { Stops } from "./stops.js";
+import { Teleop } from "./teleop.js";
 import { toast, toastEnd } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
@@ -72,7 +73,7 @@ export class Dashboard {
       release: () => this.#select(null),
       explore: () => this.#fleet.selected?.explore(),
       publish: (name) => this.#publish(name),
-    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest), new Stops(rest));
+    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest), new Stops(rest), new Teleop((robot) => rest.socketUrl(robot)));
     this.#maps = new MapChoice(() => this.#otherMap());
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);

@@ -17,6 +17,7 @@ export class RobotCard {
   #diagnosis;
   #recordings;
   #stops;
+  #teleop;
 
   /**
    * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
@@ -24,10 +25,12 @@ export class RobotCard {
    * @param {(robot: string, seconds: number) => Promise<object>} diagnose
    * @param {import("./recordings.js").RecordingsDialog} recordings
    * @param {import("./stops.js").Stops} stops
+   * @param {import("./teleop.js").Teleop} teleop
    */
-  constructor(orders, diagnose, recordings, stops) {
+  constructor(orders, diagnose, recordings, stops, teleop) {
     this.#recordings = recordings;
     this.#stops = stops;
+    this.#teleop = teleop;
     this.#diagnosis = new DiagnosisPanel(diagnose);
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
@@ -61,7 +64,7 @@ export class RobotCard {
     drive.append(make("summary", { textContent: "Drive to coordinates" }), form);
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
-      drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
+      this.#teleop.element, drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
       make("div", { className: "actions" }, this.#stops.button, explore, cancel, release),
     );
   }
@@ -94,6 +97,7 @@ export class RobotCard {
     this.#diagnosis.select(link?.robot.id ?? null, link?.presence === "silent");
     this.#recordings.select(link?.robot ?? null);
     this.#stops.select(link?.robot ?? null);
+    this.#teleop.select(link, mayDrive(link?.robot));
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;

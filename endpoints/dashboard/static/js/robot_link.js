@@ -19,8 +19,8 @@ const COVARIANCE = Array.from({ length: 36 }, (_, i) => ({ 0: 0.25, 7: 0.25, 35:
 /** The clock of the page [s]. */
 export const seconds = () => performance.now() / 1000;
 
-/** A new id of a goal. */
-function unique() {
+/** A new id, of a goal or a driver. */
+export function unique() {
   return `dashboard-${Array.from(crypto.getRandomValues(new Uint32Array(2)), (n) => n.toString(36)).join("")}`;
 }
 

@@ -1,5 +1,7 @@
 """Frames waiting for one client are bounded and in order, and expired commands are not sent."""
 
+import json
+
 import msgspec
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import CMD_VEL
-from ppaas.wire.fragments import FragmentAssembler
+from ppaas.wire.fragments import LEAST_SIZE, FragmentAssembler
 from ppaas.wire.operations import Fragment
 from tests.support.network.still_socket import Connection, sent
 
@@ -237,3 +239,44 @@ def test_frames_wait_while_the_outbox_is_corked_and_keep_their_order() -> None:
             outbox.put("", b"two", 8)
         assert (sink.sent, told) == ([], [])
     assert (sink.sent, told) == (["one", "two"], ["one"])
+
+
+# -- urgent topics -----------------------------------------------------------------------------------------------------
+
+
+def test_velocities_overtake_all_that_waits() -> None:
+    outbox = FrameOutbox()
+    outbox.put("map", b"map", keep=1)
+    outbox.put_answer(b"answer")
+    outbox.put("cmd_vel", b"old", keep=1)
+    outbox.put("cmd_vel", b"velocity", keep=1)
+    outbox.put("teleop_state", b"state", keep=1)
+    assert sent(outbox) == ["velocity", "state", "map", "answer"]
+
+
+def test_a_velocity_is_sent_between_the_fragments_of_a_map() -> None:
+    outbox, slow = FrameOutbox(), Connection(room=1)
+    outbox.put("map", b"x" * 2000, keep=1, fragment_size=LEAST_SIZE)
+    outbox.connect(slow)
+    outbox.put("cmd_vel", b"velocity", keep=1)
+    slow.room = float("inf")
+    outbox.flush()
+    assert slow.sent[1] == "velocity"
+    assert [json.loads(frame)["num"] for frame in slow.sent if frame != "velocity"] == [0, 1]
+
+
+def test_an_urgent_frame_counts_and_expires_like_any_other() -> None:
+    clock = ManualClock()
+    outbox = FrameOutbox(clock)
+    outbox.put("cmd_vel", b"stale", keep=1)
+    clock.advance(CMD_VEL.expiry)
+    outbox.put("map", b"map", keep=1)
+    assert (sent(outbox), outbox.count, len(outbox)) == (["map"], 1, 0)
+
+
+def test_velocities_that_wait_for_a_client_that_is_away_do_not_add_up() -> None:
+    outbox = FrameOutbox()
+    for number in range(10_000):
+        outbox.put("cmd_vel", str(number).encode(), keep=2)
+    assert len(outbox) == 2
+    assert sent(outbox) == ["9998", "9999"]

@@ -1,0 +1,1 @@
+"""Messages between the operators of a robot and its clone."""
