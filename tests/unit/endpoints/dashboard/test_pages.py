@@ -100,7 +100,7 @@ def test_no_script_puts_a_token_into_an_address() -> None:
 
 
 HERE = Path(__file__).parent
-TESTS = sorted(HERE.glob("*.test.js"))
+TESTS = sorted(HERE.rglob("*.test.js"))
 
 
 # Pure JavaScript modules of the dashboard, tested by node, which comes with Playwright.
