@@ -133,7 +133,7 @@ async def test_a_lost_robot_is_an_alert_and_its_events_are_found(scene: Scene, c
         await page.get_by_label("Robot", exact=True).fill("loner")
         await page.keyboard.press("Enter")
         rows = page.get_by_role("table").locator("tbody tr")
-        await expect(rows.filter(has_text=re.compile("role robot, .*code 1006"))).to_contain_text("disconnect")
+        await expect(rows.filter(has_text=re.compile("role robot, .*code 100[56]"))).to_contain_text("disconnect")
         await expect(rows.last).to_contain_text("put robot")
         assert await rows.filter(has_text="carrier").count() == 0
         await page.get_by_label("Kind").select_option("Changes")
