@@ -68,12 +68,16 @@ def lost_events(count: int) -> AuditEvent:
 
 @dataclass(frozen=True, slots=True)
 class AuditQuery:
-    """Query of events: at or after a time [s since the epoch], of a user, of an action, with an outcome."""
+    """Query of events: at or after a time [s since the epoch], of a user, of an action, with an outcome, of an object.
+
+    Events of an object include those of its parts: of ``robots/tb1`` also ``robots/tb1/goals/7``.
+    """
 
     after: float | None = None
     user: str | None = None
     action: str | None = None
     outcome: Outcome | None = None
+    object: str | None = None
 
     def matches(self, event: AuditEvent) -> bool:
         """Return whether an event is sought."""
@@ -82,7 +86,12 @@ class AuditQuery:
             and self.user in (None, event.user)
             and self.action in (None, event.action)
             and self.outcome in (None, event.outcome)
+            and (self.object is None or _is_part(event.object, self.object))
         )
+
+
+def _is_part(name: str | None, whole: str) -> bool:
+    return name is not None and (name == whole or name.startswith(f"{whole}/"))
 
 
 class AuditLog(Protocol):

@@ -93,6 +93,42 @@ async def test_nothing_is_grave_while_robots_are_stopped_and_on_the_question_of_
         await expect_no_fault(page, "release")
 
 
+async def test_nothing_is_grave_on_pages_and_their_forms(context: BrowserContext) -> None:
+    async with showing(context) as page:
+        await add_tasks(page)
+        for title, shown in (
+            ("Tasks", ".task"),
+            ("Events", "tr"),
+            ("Robots", ".cards li"),
+            ("Access", ".cards li"),
+            ("Plans", "th"),
+        ):
+            await page.get_by_role("link", name=title).click()
+            await expect(page.locator("#page h2")).to_have_text(title)
+            await expect(page.locator(f"#page {shown}").nth(1)).to_be_attached()
+            for form in await page.locator("#page .page-parts > .go > summary, #page section > .go > summary").all():
+                await form.click()
+            await expect_no_fault(page, title)
+        await page.get_by_role("link", name="Robots").click()
+        await page.get_by_role("button", name="New token for tb0").click()
+        await expect(page.get_by_role("dialog", name="Token of robot tb0")).to_be_visible()
+        await expect_no_fault(page, "token")
+
+
+async def add_tasks(page: Page) -> None:
+    """Add a task that waits, and one that was cancelled."""
+    token = await page.evaluate("sessionStorage.getItem('ppaas-token')")
+    headers, tasks = (
+        {"Authorization": f"Bearer {token}"},
+        page.url.partition("/dashboard/")[0] + "/v1/maps/office/tasks",
+    )
+    for priority in (1, 2):
+        task = {"kind": "go_to", "places": [[1.0, 2.0]], "priority": priority, "labels": {"lift": "yes"}}
+        answer = await page.request.post(tasks, headers=headers, data=task)
+        assert answer.status == 201
+    await page.request.delete(f"{tasks}/{(await answer.json())['id']}", headers=headers)
+
+
 @asynccontextmanager
 async def showing(context: BrowserContext) -> AsyncIterator[Page]:
     """Show a map with zones, and robots of which one fails, some are silent, and the last is not connected."""

@@ -53,9 +53,11 @@ class AuditPaging(Paging):
         Only events of this user, and of this action.
     outcome : {"ok", "refused", "failed"}, optional
         Only events with this outcome.
+    object_name : str, optional
+        Only events of this object and its parts.
     """
 
-    filters: ClassVar[frozenset[str]] = frozenset({"after", "user", "action", "outcome"})
+    filters: ClassVar[frozenset[str]] = frozenset({"after", "user", "action", "outcome", "object"})
 
     def __init__(  # noqa: PLR0917  # FastAPI passes them by name
         self,
@@ -69,9 +71,17 @@ class AuditPaging(Paging):
         user: _Text = None,
         action: _Text = None,
         outcome: Outcome | None = None,
+        object_name: Annotated[
+            str | None,
+            Query(
+                alias="object",
+                max_length=256,
+                description="Only events of this object and its parts, as `robots/tb1`",
+            ),
+        ] = None,
     ) -> None:
         super().__init__(request, limit, cursor)
-        self.query = AuditQuery(after, user, action, outcome)
+        self.query = AuditQuery(after, user, action, outcome, object_name)
 
 
 @router.get("", response_model=Page[AuditAnswer], responses=ADMIN)

@@ -24,6 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("--user", help="only events of this user")
     parser.add_argument("--action", help="only these actions, as remove_map or connect")
+    parser.add_argument("--object", help="only events of this object and its parts, as robots/tb1")
     parser.add_argument("--outcome", choices=OUTCOMES, help="only events with this outcome")
     parser.add_argument(
         "--after", type=_moment, metavar="TIME", help="only events since then: 30m, 12h or 7d ago, or an ISO 8601 date"
@@ -39,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _list(arguments: argparse.Namespace) -> None:
-    wanted = {name: getattr(arguments, name) for name in ("user", "action", "outcome", "after")}
+    wanted = {name: getattr(arguments, name) for name in ("user", "action", "object", "outcome", "after")}
     filters = {name: value for name, value in wanted.items() if value is not None}
     events = await logged_in(arguments).items(path_of("audit"), arguments.limit or None, **filters)
     show(events, COLUMNS, as_json=arguments.json, if_none="no events")

@@ -1,25 +1,28 @@
 /** The dashboard of one login: what the cloud says goes to the parts of the page, and what they are told to the cloud. */
 
+import { CloudState } from "./cloud_state.js";
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { FleetTable } from "./fleet_table.js";
 import { isNew, mapMadeBy } from "./growing_map.js";
+import { Journal } from "./journal.js";
 import { LayerPanel } from "./layer_panel.js";
 import { markLoads, showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
+import { ENDED_BADLY } from "./messages.js";
+import { Orders } from "./orders.js";
+import { Pages, closePage } from "./pages.js";
 import { showPanel } from "./panels.js";
 import { People } from "./people.js";
 import { Poller } from "./poller.js";
-import { RecordingsDialog } from "./recordings.js";
+import { createCardParts } from "./registry.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
-import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./shared_robots.js";
+import { mayAdminister, mayDrive } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { startText } from "./start_state.js";
-import { Stops } from "./stops.js";
-import { Teleop } from "./teleop.js";
 import { toast, toastEnd } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
@@ -30,14 +33,15 @@ const REDRAW = 250; // ms between two looks at what lists and cards say
 
 export class Dashboard {
   #rest;
-  #me = null;
-  #radii = null;
+  #cloud = new CloudState();
+  #journal = new Journal();
   #grid = null;
   #layers = new LayerPanel((layer, on) => this.#switch(layer, on));
   #fleet;
   #table;
   #tools = new Tools((tool) => this.#tools.pick(tool));
   #stage;
+  #orders;
   #list;
   #card;
   #maps;
@@ -45,9 +49,9 @@ export class Dashboard {
   #people;
   #traffic;
   #zones;
+  #pages;
   #poller;
   #starting = "";
-  /** Time of the last loads that the cloud sent. */ #loadsAt = new Date();
   #expired;
 
   /** @param {import("./rest.js").Rest} rest @param {() => void} expired */
@@ -58,8 +62,9 @@ export class Dashboard {
     this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
     const pick = (point, reach) => [this.#people, this.#zones].forEach((part) => part.pickAt(point, reach));
     const drawing = () => (this.#zones.isDrawing ? this.#zones : null);
-    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick, drawing });
+    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#orders.pick(pose), pick, drawing });
     const told = { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) };
+    this.#orders = new Orders(this.#fleet, this.#tools, rest, { changed: () => this.#refresh(), ask: told.ask, release: () => this.#select(null) });
     this.#people = new People(rest, told);
     this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
     this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
@@ -67,14 +72,13 @@ export class Dashboard {
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
     this.#table = new FleetTable(this.#fleet, (robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
-    this.#card = new RobotCard({
-      drive: (pose) => this.#drive(pose),
-      cancel: () => this.#fleet.selected?.cancel(),
-      release: () => this.#select(null),
-      explore: () => this.#fleet.selected?.explore(),
-      publish: (name) => this.#publish(name),
-    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest), new Stops(rest), new Teleop((robot) => rest.socketUrl(robot)));
+    const context = {
+      rest, cloud: this.#cloud, fleet: this.#fleet, journal: this.#journal, failed: told.failed, ask: told.ask,
+      goTo: (robot) => this.#goTo(robot),
+    };
+    this.#card = new RobotCard(this.#orders, createCardParts(context));
     this.#maps = new MapChoice(() => this.#otherMap());
+    this.#pages = new Pages(context);
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
   }
@@ -86,39 +90,29 @@ export class Dashboard {
   // -- from the cloud
 
   async #poll() {
-    this.#starting = startText(await this.#rest.get("v1/health"));
+    await this.#cloud.look(this.#rest);
+    this.#starting = startText(this.#cloud.health);
     this.#banner(this.#starting);
-    if (!this.#me) await this.#introduce();
-    const isAdmin = this.#me.role === "admin";
-    const ofCloud = ["v1/machines", "v1/endpoints"].map((path) => (isAdmin ? this.#rest.list(path) : null));
-    const asked = ["v1/maps", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => this.#rest.list(path));
-    const [machines, endpoints, listed, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
-    const robots = withShared(mine, shared, this.#me.id);
-    const own = containersOf(containers, robots, this.#me.id);
-    const maps = await mapsOf(this.#rest, listed, robots);
+    await this.#cloud.read(this.#rest);
+    const { me, isAdmin, maps, robots, own, containers, machines, endpoints } = this.#cloud;
+    say(byId("user"), me.id);
     this.#table.take(robots, own);
     this.#maps.update(maps, robots, own);
+    this.#cloud.map = this.#maps.current;
     await this.#showMap();
     await this.#changes.poll(this.#mapPath, maps, this.#maps.current);
     const map = maps.find(({ id }) => id === this.#maps.current);
-    await this.#zones.poll(map ? this.#mapPath : null, this.#maps.version, map?.owner === this.#me.id);
+    await this.#zones.poll(map ? this.#mapPath : null, this.#maps.version, map?.owner === me.id);
     await this.#showSharing();
-    this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
+    this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#cloud.radii);
     showMachines(machines?.filter(({ state }) => state !== "starting") ?? null);
     showEndpoints(endpoints);
     showContainers(containers, isAdmin);
-    this.#loadsAt = new Date();
     this.#refresh();
-    this.#traffic.follow(this.#mapPath, hasTraffic(containers, this.#me.id, this.#maps.current));
+    this.#pages.update();
+    this.#traffic.follow(this.#mapPath, hasTraffic(containers, me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
     await this.#people.poll(map ? this.#mapPath : null);
-  }
-
-  async #introduce() {
-    const [me, models] = await Promise.all([this.#rest.get("v1/users/me"), this.#rest.list("v1/models")]);
-    this.#radii = new Map(models.map(({ name, robot_radius: radius }) => [name, radius]));
-    this.#me = me;
-    say(byId("user"), me.id);
   }
 
   async #showMap() {
@@ -158,7 +152,7 @@ export class Dashboard {
   }
 
   #failed(error) {
-    if (error instanceof Unreachable) markLoads(this.#loadsAt);
+    if (error instanceof Unreachable) markLoads(this.#cloud.at);
     if (error instanceof Refused && error.status === 401) this.#expired();
     else if (error instanceof Unreachable) this.#banner("The cloud does not answer. Trying again…");
     else if (error instanceof Refused) this.#banner(error.message);
@@ -166,9 +160,11 @@ export class Dashboard {
   }
 
   #ended = (link, goal) => {
+    const bad = ENDED_BADLY.has(goal.code);
+    this.#journal.add(this.#cloud.now, link.robot.id, goal.text ? `${goal.word}: ${goal.text}` : goal.word, bad);
     if (goal.id !== link.sent && link !== this.#fleet.selected) return; // somebody else sent it, and looks after it
     const said = goal.text ? `: ${goal.text}` : "";
-    toast(`${link.robot.id} ${goal.word}${said}`, { 3: "good", 4: "bad", 5: "bad" }[goal.code]);
+    toast(`${link.robot.id} ${goal.word}${said}`, bad ? "bad" : { 3: "good" }[goal.code]);
   };
 
   #told = (link, text) => toast(`${link.robot.id}: ${text}`, "bad");
@@ -196,11 +192,14 @@ export class Dashboard {
   #otherMap() {
     this.#select(null);
     this.#fleet.close();
+    this.#cloud.map = this.#maps.current;
     this.#poller.now();
+    this.#pages.now();
   }
 
   /** Select a robot of the table, on its map. */
   #goTo({ id, map }) {
+    closePage();
     this.#maps.choose(map);
     this.#select(id);
   }
@@ -216,34 +215,12 @@ export class Dashboard {
     this.#fleet.select(id);
     if (id !== null) showPanel(""); // on a phone, it would hide the card
     this.#refresh();
-    const link = this.#fleet.selected;
-    if (link?.connected && mayDrive(link.robot)) this.#tools.pick("drive");
-  }
-
-  #order(pose) {
-    return this.#tools.current === "drive" ? this.#drive(pose) : this.#locate(pose);
-  }
-
-  #drive(pose) {
-    const link = this.#fleet.selected;
-    if (link && !link.drive(pose)) toast(`${link.robot.id} is not connected: nobody was told`, "bad");
-    this.#refresh();
-  }
-
-  async #publish(name) {
-    const { id } = this.#fleet.selected.robot;
-    await this.#tell(this.#rest.post(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }), `${name} is published: robots can drive on it`);
+    this.#orders.begin();
   }
 
   async #tell(order, done) {
     await toastEnd(order, done);
     this.#poller.now();
-  }
-
-  #locate(pose) {
-    const link = this.#fleet.selected;
-    if (!link?.locate(pose)) toast(`${link?.robot.id} is not connected: nobody was told`, "bad");
-    else toast(`${link.robot.id} was told where it is`);
-    this.#tools.pick("drive");
+    this.#pages.now();
   }
 }

@@ -3,6 +3,7 @@
 import { make, say, show } from "./dom.js";
 import { plural } from "./format.js";
 import { Poller } from "./poller.js";
+import { addCardPart } from "./registry.js";
 
 const WORDS = { error: "Error", warn: "Warning", ok: "Note" };
 const SECONDS = 2; // for which the robot is watched before the first answer
@@ -80,3 +81,8 @@ function fillTopic(item, topic) {
   say(item.children[0], topic.name);
   say(item.children[1], arrivalOf(topic));
 }
+
+addCardPart(1, ({ rest }) => {
+  const panel = new DiagnosisPanel((robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`));
+  return { element: panel.element, update: (link) => panel.select(link?.robot.id ?? null, link?.presence === "silent") };
+});

@@ -1,10 +1,9 @@
 /** Rows of the table of all robots: what the cloud and the page know of each, sorted, searched, and cut to what is visible. */
 
 import { duration } from "./format.js";
+import { ENDED_BADLY } from "./messages.js";
 import { PRESENCE, doing, sentence } from "./robot_list.js";
 
-/** Ends of a goal that are errors, by their numbers in actionlib: gave up, refused, lost. */
-const ERRORS = new Set([4, 5, 9]);
 /** Rows above and below the visible ones, so that none is missing while one scrolls. */
 const BESIDE = 8;
 
@@ -40,7 +39,7 @@ export function rowOf({ id, map, stopped }, container, link, now) {
   const presence = link?.presence ?? presenceOf(container);
   const age = ageOf(presence, link?.seenAt ?? -Infinity, now);
   const goal = link?.state.goal;
-  const error = goal && ERRORS.has(goal.code) ? goal.text || goal.word : "";
+  const error = goal && ENDED_BADLY.has(goal.code) ? goal.text || goal.word : "";
   const task = stopped ? sentence(stopped) : link && !error ? doing(link) : "";
   return { id, presence, state: PRESENCE[presence], task, error, age, seen: seen(age), map, machine: container?.machine ?? "" };
 }

@@ -73,6 +73,8 @@ export const STATUS = [
   "waiting", "driving", "stopped", "arrived", "gave up", "refused", "stopping", "stopping", "stopped", "lost",
 ];
 const ACTIVE = new Set([0, 1, 6, 7]);
+/** Ends of a goal that are errors: gave up, refused, lost. */
+export const ENDED_BADLY = new Set([4, 5, 9]);
 
 /** @typedef {{code: number, word: string, active: boolean, text: string, id: string}} GoalState */
 

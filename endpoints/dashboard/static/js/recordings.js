@@ -3,6 +3,7 @@
 import { make, say, show } from "./dom.js";
 import { bytes, plural } from "./format.js";
 import { Poller } from "./poller.js";
+import { addCardPart } from "./registry.js";
 import { refused } from "./rest.js";
 import { mayDrive } from "./shared_robots.js";
 
@@ -173,3 +174,8 @@ export class RecordingsDialog {
     this.#poller.now();
   }
 }
+
+addCardPart(2, ({ rest }) => {
+  const dialog = new RecordingsDialog(rest);
+  return { element: dialog.opener, update: (link) => dialog.select(link?.robot ?? null) };
+});

@@ -1,6 +1,5 @@
 /** Card of the selected robot: its state and its commands. */
 
-import { DiagnosisPanel } from "./diagnosis.js";
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";
 import { nameOf, sharing } from "./growing_map.js";
@@ -14,24 +13,14 @@ export class RobotCard {
   #card = byId("robot-card");
   #parts;
   #inputs;
-  #diagnosis;
-  #recordings;
-  #stops;
-  #teleop;
+  #others;
 
   /**
-   * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
-   *          explore: () => void, publish: (name: string) => Promise<void>}} orders
-   * @param {(robot: string, seconds: number) => Promise<object>} diagnose
-   * @param {import("./recordings.js").RecordingsDialog} recordings
-   * @param {import("./stops.js").Stops} stops
-   * @param {import("./teleop.js").Teleop} teleop
+   * @param {import("./orders.js").Orders} orders
+   * @param {import("./registry.js").CardPart[]} others parts that other modules have added
    */
-  constructor(orders, diagnose, recordings, stops, teleop) {
-    this.#recordings = recordings;
-    this.#stops = stops;
-    this.#teleop = teleop;
-    this.#diagnosis = new DiagnosisPanel(diagnose);
+  constructor(orders, others) {
+    this.#others = others;
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
       name: make("span", { className: "name" }),
@@ -40,9 +29,9 @@ export class RobotCard {
       where: make("p", { className: "where" }),
       shared: make("p", { className: "where" }),
       drive: make("details", { className: "go" }),
-      cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: orders.cancel }),
-      release: make("button", { className: "button", type: "button", textContent: "Done", onclick: orders.release }),
-      explore: make("button", { className: "button", type: "button", textContent: "Explore", onclick: orders.explore }),
+      cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: () => orders.cancel() }),
+      release: make("button", { className: "button", type: "button", textContent: "Done", onclick: () => orders.release() }),
+      explore: make("button", { className: "button", type: "button", textContent: "Explore", onclick: () => orders.explore() }),
       publish: make("details", { className: "go" }),
     };
     this.#inputs = INPUTS.map(([name, text]) => {
@@ -64,14 +53,14 @@ export class RobotCard {
     drive.append(make("summary", { textContent: "Drive to coordinates" }), form);
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
-      this.#teleop.element, drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
-      make("div", { className: "actions" }, this.#stops.button, explore, cancel, release),
+      drive, this.#publishForm(orders), ...this.#others.map(({ element }) => element),
+      make("div", { className: "actions" }, explore, cancel, release),
     );
   }
 
-  #publishForm({ publish }) {
+  #publishForm(orders) {
     const input = make("input", { name: "map", ...NAME_OF_MAP });
-    const form = orderForm("Publish its map", "Publish", () => publish(input.value), make("label", {}, "Name", input));
+    const form = orderForm("Publish its map", "Publish", () => orders.publish(input.value), make("label", {}, "Name", input));
     this.#parts.publish.replaceChildren(make("summary", { textContent: "Publish its map" }), form);
     return this.#parts.publish;
   }
@@ -94,10 +83,7 @@ export class RobotCard {
   /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */
   update(link, colour) {
     this.#card.hidden = !link;
-    this.#diagnosis.select(link?.robot.id ?? null, link?.presence === "silent");
-    this.#recordings.select(link?.robot ?? null);
-    this.#stops.select(link?.robot ?? null);
-    this.#teleop.select(link, mayDrive(link?.robot));
+    for (const part of this.#others) part.update(link);
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;

@@ -2,6 +2,7 @@
 
 import { byId, make, say, show } from "./dom.js";
 import { Poller } from "./poller.js";
+import { addCardPart } from "./registry.js";
 import { mayDrive } from "./shared_robots.js";
 import { appliesTo, inWords, releasePath } from "./stops_state.js";
 import { toast } from "./toasts.js";
@@ -89,3 +90,8 @@ export class Stops {
     this.#poller.now();
   }
 }
+
+addCardPart(3, ({ rest }) => {
+  const stops = new Stops(rest);
+  return { element: stops.button, update: (link) => stops.select(link?.robot ?? null) };
+});

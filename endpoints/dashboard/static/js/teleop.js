@@ -1,8 +1,10 @@
 /** Driving by hand: a socket that carries nothing else, so that no map or scan is before a command, and the clock of commands. */
 
 import { bare } from "./messages.js";
+import { addCardPart } from "./registry.js";
 import { seconds, unique } from "./robot_link.js";
 import { Rosbridge } from "./rosbridge.js";
+import { mayDrive } from "./shared_robots.js";
 import { TeleopDriver } from "./teleop_driver.js";
 import { motionOfGamepads } from "./teleop_input.js";
 import { TeleopPanel } from "./teleop_panel.js";
@@ -109,3 +111,8 @@ export class Teleop {
     this.#panel.show(driver, text);
   }
 }
+
+addCardPart(0, ({ rest }) => {
+  const teleop = new Teleop((robot) => rest.socketUrl(robot));
+  return { element: teleop.element, update: (link) => teleop.select(link, mayDrive(link?.robot)) };
+});

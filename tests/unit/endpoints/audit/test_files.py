@@ -59,6 +59,15 @@ def test_events_are_found_by_user_action_outcome_and_time(path: Path) -> None:
     assert numbers(files, AuditQuery(after=2.0)) == [3, 2]
 
 
+def test_events_of_an_object_include_its_parts(path: Path) -> None:
+    files = AuditFiles(path)
+    names = ("robots/tb1", "robots/tb10", "robots/tb1/goals/7", None, "maps/robots/tb1")
+    files.append([event(object=name) for name in names])
+    assert numbers(files, AuditQuery(object="robots/tb1")) == [3, 1]
+    assert numbers(files, AuditQuery(object="robots")) == [3, 2, 1]
+    assert numbers(files, AuditQuery(object="")) == []
+
+
 def test_numbers_go_on_after_a_restart_and_after_a_rotation(path: Path) -> None:
     AuditFiles(path, max_size=1).append([event()])
     AuditFiles(path, max_size=1).append([event()])

@@ -66,8 +66,18 @@ def test_no_script_writes_html_or_evaluates_text() -> None:
 
 
 def test_the_index_page_loads_every_module_itself() -> None:
-    asked = set(re.findall(r'(?:src|href)="(js/\w+\.js)"', INDEX))
+    asked = set(re.findall(r'(?:src|href)="(js/[\w/]+\.js)"', INDEX))
     assert asked == {name for name in FILES if name.endswith(".js")}
+
+
+def test_the_dashboard_begins_once_all_pages_and_parts_are_added() -> None:
+    added = [
+        file for file in SCRIPTS if re.search(r"^add(Page|CardPart)\(", file.read_text(encoding="utf-8"), re.MULTILINE)
+    ]
+    names = {file.relative_to(FOLDER).as_posix() for file in added}
+    scripts = re.findall(r'<script type="module" src="([^"]+)"></script>', INDEX)
+    assert len(names) >= 2
+    assert (set(scripts[:-1]), scripts[-1]) == (names, "js/main.js")
 
 
 def test_modules_are_small_documented_and_import_existing_files() -> None:
@@ -75,7 +85,7 @@ def test_modules_are_small_documented_and_import_existing_files() -> None:
         text = file.read_text(encoding="utf-8")
         assert len(text.splitlines()) <= MAX_LINES, file.name
         assert text.startswith("/**"), f"{file.name} has no comment at its top"
-        assert [name for name in re.findall(r'from "\./(\w+\.js)"', text) if not (file.parent / name).exists()] == []
+        assert [name for name in re.findall(r'from "(\.[^"]+)"', text) if not (file.parent / name).exists()] == []
 
 
 def test_no_link_or_request_leaves_the_path_of_a_proxy() -> None:
@@ -90,7 +100,7 @@ def test_no_script_puts_a_token_into_an_address() -> None:
 
 
 HERE = Path(__file__).parent
-TESTS = sorted(HERE.glob("*.test.js"))
+TESTS = sorted(HERE.rglob("*.test.js"))
 
 
 # Pure JavaScript modules of the dashboard, tested by node, which comes with Playwright.

@@ -45,6 +45,8 @@ async def test_an_administrator_reads_events_newest_first_page_by_page(
         ("action=remove_robot&after=25", [29, 27, 25]),
         ("outcome=refused&after=20", [29, 26, 23, 20]),
         ("user=bob", []),
+        ("object=robots/7", [7]),
+        ("object=robots&after=28", [29, 28]),
         ("after=1e12", []),
     ],
 )

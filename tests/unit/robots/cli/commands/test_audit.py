@@ -34,6 +34,7 @@ async def test_events_are_chosen_by_user_action_outcome_and_time(ppaas: CommandL
     assert await objects("--after", "1h") == ["robots/tb1", "maps/new"]
     assert await objects("--action", "remove_map", "--limit", "1") == ["maps/new"]
     assert await objects("--outcome", "failed") == ["robots/tb1"]
+    assert await objects("--object", "robots/tb1") == ["robots/tb1"]
     assert await objects("--limit", "0", "--after", "2000-01-01") == ["robots/tb1", "maps/new", "maps/old"]
 
 

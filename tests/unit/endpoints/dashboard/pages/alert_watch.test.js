@@ -1,0 +1,88 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+const kept = {};
+globalThis.sessionStorage = { getItem: (key) => kept[key] ?? null, setItem: (key, value) => (kept[key] = value) };
+const { Journal } = await import("../../../../../endpoints/dashboard/static/js/journal.js");
+const { AlertWatch } = await import("../../../../../endpoints/dashboard/static/js/pages/alert_watch.js");
+
+const ok = { state: "ok", reason: null };
+const robot = (id, connected) => ({ id, map: "office", connected });
+
+function scene({ isAdmin = false, robots = [], tasks = [], events = [] }) {
+  const asked = [];
+  return {
+    asked,
+    cloud: {
+      me: { id: "ann" }, isAdmin, map: "office", robots, endpoints: null, now: 1000,
+      health: { store: ok, map_store: ok, audit: ok, master: "ok", disk: null, plans_waiting: 0 },
+    },
+    fleet: { links: [] },
+    journal: new Journal(),
+    failed: (error) => assert.fail(error),
+    rest: { list: async (path) => (asked.push(path), tasks), get: async (path) => (asked.push(path), { items: events }) },
+  };
+}
+
+const settled = () => new Promise((done) => setTimeout(done));
+
+test("a robot that leaves is lost until it is back; who reads no audit log learns it from the lists", async () => {
+  const context = scene({ robots: [robot("tb1", true)] });
+  const watch = new AlertWatch(context);
+  watch.update();
+  await settled();
+  assert.deepEqual(watch.alerts, []);
+  context.cloud.robots = [robot("tb1", false)];
+  context.cloud.now = 1010;
+  watch.update();
+  assert.deepEqual(watch.alerts.map(({ text, since }) => [text, since]), [["tb1 is lost", 1010]]);
+  assert.equal(context.journal.entries[0].bad, true);
+  context.cloud.robots = [robot("tb1", true)];
+  watch.update();
+  assert.deepEqual(watch.alerts, []);
+  assert.ok(!context.asked.some((path) => path.includes("audit")));
+});
+
+test("administrators learn from the audit log whether a connection broke off, also before the page was opened", async () => {
+  const end = (object, time, code) => ({ user: "ann", object, time, details: { role: "robot", code } });
+  const events = [end("robots/tb2", 990, 1000), end("robots/tb1", 980, 1006), end("robots/tb2", 970, 1006)]; // the newest first
+  const context = scene({ isAdmin: true, robots: [robot("tb1", false), robot("tb2", false)], events });
+  const watch = new AlertWatch(context);
+  watch.update();
+  await settled();
+  assert.deepEqual(watch.alerts.map(({ robot: id, since }) => [id, since]), [["tb1", 980]]);
+  assert.deepEqual(context.journal.entries, []);
+});
+
+test("an acknowledged alert is hidden, also after a reload, until it happens again", async () => {
+  const task = { id: "t1", map: "office", robot: null, reason: "too late", state: "failed", ended: 900 };
+  const context = scene({ tasks: [task] });
+  const watch = new AlertWatch(context);
+  watch.update();
+  await settled();
+  watch.acknowledge("task t1");
+  assert.deepEqual(watch.alerts, []);
+  const reloaded = new AlertWatch(context);
+  reloaded.update();
+  await settled();
+  assert.deepEqual(reloaded.alerts, []);
+  const again = new AlertWatch(scene({ tasks: [{ ...task, ended: 950 }] }));
+  again.update();
+  await settled();
+  assert.equal(again.alerts.length, 1);
+});
+
+test("a fault of unknown begin counts from when it was seen, and its end forgets that", async () => {
+  const context = scene({});
+  const watch = new AlertWatch(context);
+  const away = { ...context.cloud.health, master: "away" };
+  const well = context.cloud.health;
+  for (const [health, now] of [[away, 1000], [away, 1010], [well, 1020], [away, 1030]]) {
+    context.cloud.health = health;
+    context.cloud.now = now;
+    watch.update();
+    if (now === 1010) assert.equal(watch.alerts[0].since, 1000);
+  }
+  assert.equal(watch.alerts[0].since, 1030);
+  await settled();
+});

@@ -1,0 +1,49 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { brokeOff, failedGoals, failedTasks, faultsOf, lostRobots, robotOf, silentEndpoints } from "../../../../../endpoints/dashboard/static/js/pages/alert_words.js";
+
+const ok = { state: "ok", reason: null };
+const HEALTH = { store: ok, map_store: ok, audit: ok, master: "ok", disk: { state: "ok", reason: null }, plans_waiting: 0 };
+
+test("a cloud that is well has no fault", () => {
+  assert.deepEqual(faultsOf(HEALTH), []);
+  assert.deepEqual(faultsOf({ ...HEALTH, disk: null }), []);
+  assert.deepEqual(faultsOf(null), []);
+});
+
+test("each fault of the cloud is named, with its reason if one is known", () => {
+  const ill = { ...HEALTH, store: { state: "away", reason: "no route to host" }, map_store: { state: "away", reason: null }, master: "away", disk: { state: "full", reason: "free 2 GiB" }, plans_waiting: 7 };
+  const found = faultsOf(ill);
+  assert.deepEqual(found.map(({ key }) => key), ["store", "map_store", "master", "disk", "plans"]);
+  assert.equal(found[0].advice, "no route to host");
+  assert.match(found[1].advice, /Robots drive on/);
+  assert.match(found[4].text, /^7 paths wait/);
+});
+
+test("silent endpoints, lost robots, failed goals and failed tasks are alerts", () => {
+  assert.deepEqual(silentEndpoints(null), []);
+  assert.equal(silentEndpoints([{ id: "e1", machine: "m1", state: "silent" }, { id: "e2", machine: "m1", state: "ready" }]).length, 1);
+  const robots = [{ id: "tb1", connected: false }, { id: "tb2", connected: true }, { id: "tb3", connected: false }, { id: "tb4", connected: null }];
+  const lost = new Map([["tb1", 5], ["tb2", 6], ["tb4", 7]]);
+  assert.deepEqual(lostRobots(robots, lost).map(({ robot, since }) => [robot, since]), [["tb1", 5]]);
+  const goal = (code, text = "") => ({ robot: { id: "tb1" }, state: { goal: { code, id: "g", word: "gave up", text } } });
+  assert.equal(failedGoals([goal(4, "no way")])[0].advice, "no way");
+  assert.deepEqual(failedGoals([goal(3), goal(1), { robot: { id: "tb2" }, state: { goal: null } }]), []);
+  const task = (state, ended) => ({ id: "t", map: "office", robot: null, reason: "too late", state, ended });
+  assert.deepEqual(failedTasks([task("failed", 100), task("cancelled", 100), task("failed", 200_000)], 200_001).map(({ since }) => since), [200_000]);
+});
+
+test("a farewell is no loss, and operators are no robots", () => {
+  assert.equal(brokeOff({ details: { role: "robot", code: 1006 } }), true);
+  assert.equal(brokeOff({ details: { role: "robot", code: 1000 } }), false);
+  assert.equal(brokeOff({ details: { role: "robot", code: 1001 } }), false);
+  assert.equal(brokeOff({ details: { role: "operator", code: 1006 } }), false);
+});
+
+test("robots of others have their owners' names", () => {
+  assert.equal(robotOf({ user: "ann", object: "robots/tb1" }, "ann"), "tb1");
+  assert.equal(robotOf({ user: "bob", object: "robots/tb1" }, "ann"), "bob:tb1");
+  assert.equal(robotOf({ user: "bob", object: "robots/ann:tb1" }, "ann"), "ann:tb1");
+  assert.equal(robotOf({ user: "bob", object: null }, "ann"), "");
+});
