@@ -1,7 +1,7 @@
 """Engine as an endpoint has it: asks the master, and calls containers itself."""
 
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -24,6 +24,7 @@ from engine.control.master_calls.interface import MasterCalls
 from engine.control.news import FactKind, NewsKind
 from engine.control.planning.planning import Planning
 from engine.control.robot_nodes import RobotNodes
+from engine.control.views import RobotView
 from engine.links.place_link import PlaceLink
 from engine.master.quotas import Quotas
 from engine.specs.containers import MapVersion
@@ -221,4 +222,11 @@ class EndpointCloud:
         if self._master.is_up:
             with suppress(Unavailable):
                 return await self.robots.connected(robots)
+        return [None] * len(robots)
+
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[RobotView | None]:
+        """Return the states of some robots, by user and id; None for all while no master answers."""
+        if self._master.is_up:
+            with suppress(Unavailable):
+                return await self.robots.views(robots)
         return [None] * len(robots)

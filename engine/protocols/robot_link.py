@@ -9,6 +9,7 @@ import msgspec
 from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
+from engine.specs.robot_report import RobotReport
 
 LINK_FACTS = "ppaas/link_facts"
 """Service of the container of a robot: the facts of the robot's connection, as JSON."""
@@ -56,6 +57,8 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
         Round trip to the robot [s], once an endpoint has measured it.
     robot : bool
         Whether one of the sockets belongs to the robot itself.
+    report : RobotReport
+        State of the robot.
     """
 
     busy: bool
@@ -63,6 +66,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
     frames: int = 0
     round_trip: float | None = None
     robot: bool = False
+    report: RobotReport = RobotReport()
 
 
 class Hello(msgspec.Struct, tag="hello"):

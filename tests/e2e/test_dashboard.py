@@ -1,5 +1,7 @@
 """The dashboard in a real browser, with a driving robot."""
 
+import asyncio
+import io
 import json
 import re
 from collections.abc import AsyncIterator
@@ -7,12 +9,16 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 import pytest_asyncio
+from PIL import Image
 from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, WebSocket, expect
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.sensor_msgs import CompressedImage
 from ppaas.people.settings import PeopleSettings
 from robots.client.rest import RestClient
+from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.browser import DESK, PHONE, Eye, browsing, enter, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot
@@ -173,6 +179,39 @@ async def test_what_is_wrong_with_a_robot_is_said_in_words(scene: Scene, context
         await page.get_by_role("button", name="tb-web").press("Enter")
         await expect(page.locator(".topics li").first).to_contain_text("scan")
         await expect(finding.first).not_to_contain_text("tb-away")
+
+
+async def test_pictures_of_a_camera_are_asked_for_while_they_are_shown(scene: Scene, context: BrowserContext) -> None:
+    camera, stop = "camera/image/compressed", asyncio.Event()
+    filming = asyncio.create_task(film(scene.drive.robot, camera, stop))
+    async with looking(context, READ_BACK) as page:
+        scene.listen(page)
+        await enter(page, scene.cloud.url, scene.token)
+        await page.get_by_role("button", name="tb-web").press("Enter")
+        assert not scene.frames("subscribe", camera)
+        await page.get_by_text("Camera", exact=True).press("Enter")
+        picture = page.get_by_role("img", name=f"Picture of {camera} of tb-web")
+        await expect(picture).to_be_visible()
+        seen = "one => [one.width, one.height, ...one.getContext('2d').getImageData(9, 9, 1, 1).data]"
+        assert await picture.evaluate(seen) == [640, 320, 255, 0, 0, 255]
+        [asked] = scene.frames("subscribe", camera)
+        assert asked["throttle_rate"] == 500
+        async with page.expect_event("websocket") as again:
+            await page.get_by_text("Camera", exact=True).press("Enter")
+            await expect(picture).to_be_hidden()
+            await page.get_by_text("Camera", exact=True).press("Enter")
+        assert "ticket=" in (await again.value).url
+        stop.set()
+        await filming
+
+
+async def film(robot: RobotClient, topic: str, stop: asyncio.Event) -> None:
+    """Publish red pictures until told to stop."""
+    file = io.BytesIO()
+    Image.new("RGB", (1280, 640), "red").save(file, "png")
+    while not stop.is_set():
+        await robot.publish(topic, CompressedImage(Header(frame_id="camera"), "png", file.getvalue()))
+        await asyncio.sleep(0.1)
 
 
 async def test_a_robot_is_recorded_and_its_file_downloaded(scene: Scene, context: BrowserContext) -> None:

@@ -17,6 +17,7 @@ from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Paged, 
 from endpoints.rest.names import Name, RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
+from endpoints.rest.robots.robot_status import status_of
 from endpoints.rest.robots.robot_urdf import check_clone
 from endpoints.rest.robots.schemas import (
     STORED_FIELDS,
@@ -142,10 +143,10 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
-    connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
+    views = await services.cloud.robot_views([(robot.user, robot.id) for robot in robots])
     return [
-        RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here} | _shown(robot))
-        for robot, here in zip(robots, connected, strict=True)
+        RobotListed(**msgspec.structs.asdict(robot.record) | status_of(view, robot.access).model_dump() | _shown(robot))
+        for robot, view in zip(robots, views, strict=True)
     ]
 
 

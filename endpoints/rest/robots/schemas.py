@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, StrictBool, model_validator
 
 from endpoints.rest.names import Name, PluginName, RobotMap
+from endpoints.rest.robots.robot_status import RobotStatus
 from endpoints.rest.schemas import (
     Cores,
     Description,
@@ -104,12 +105,8 @@ class RobotAnswer(ResponseBody):
     labels: dict[str, str]
 
 
-class RobotListed(RobotAnswer):
-    """Robot in a list."""
-
-    connected: bool | None = Field(
-        description="Whether the robot's own socket is open at an endpoint; null while no master answers"
-    )
+class RobotListed(RobotAnswer, RobotStatus):
+    """Robot in a list, with its state."""
 
 
 class SensorAnswer(ResponseBody):

@@ -1,6 +1,6 @@
 """The engine, as endpoints and the jobs of the master use it: one Protocol a subject."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Protocol
 
 from engine.calls.interface import notice
@@ -16,6 +16,7 @@ from engine.control.views import (
     MappingRobot,
     NavigationState,
     PeopleGroupView,
+    RobotView,
     UserUsage,
 )
 from engine.master.quotas import Quotas
@@ -252,6 +253,10 @@ class RobotCalls(Protocol):
         """Return which of some robots, by user and id, are connected; None where it is not known."""
         ...
 
+    async def views(self, robots: list[tuple[str, str]]) -> list[RobotView]:
+        """Return the states of some robots, by user and id, as their containers reported them last."""
+        ...
+
     async def state(self, user: str, robot: str) -> NavigationState:
         """Return the pose and the active goals of a robot, connected or not."""
         ...
@@ -378,6 +383,10 @@ class ControlPlane(MasterParts, Protocol):
 
     async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
         """Return which of some robots, by user and id, are connected; None for all while no master answers."""
+        ...
+
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[RobotView | None]:
+        """Return the states of some robots, by user and id; None for all while no master answers."""
         ...
 
     async def set_limits(self, user: str, limits: Limits) -> None:

@@ -1,5 +1,6 @@
 /** The dashboard of one login: what the cloud says goes to the parts of the page, and what they are told to the cloud. */
 
+import { CameraView } from "./camera.js";
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { FleetTable } from "./fleet_table.js";
@@ -63,7 +64,7 @@ export class Dashboard {
     this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
-    this.#table = new FleetTable(this.#fleet, (robot) => this.#goTo(robot));
+    this.#table = new FleetTable((robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -71,7 +72,7 @@ export class Dashboard {
       release: () => this.#select(null),
       explore: () => this.#fleet.selected?.explore(),
       publish: (name) => this.#publish(name),
-    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest));
+    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest), new CameraView(rest));
     this.#maps = new MapChoice(() => this.#otherMap());
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
@@ -94,7 +95,7 @@ export class Dashboard {
     const robots = withShared(mine, shared, this.#me.id);
     const own = containersOf(containers, robots, this.#me.id);
     const maps = await mapsOf(this.#rest, listed, robots);
-    this.#table.take(robots, own);
+    this.#table.take(robots);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
     await this.#changes.poll(this.#mapPath, maps, this.#maps.current);
@@ -180,7 +181,6 @@ export class Dashboard {
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user
-    this.#table.update();
     this.#stage.renderer.ask();
   }
 

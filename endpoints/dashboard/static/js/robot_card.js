@@ -16,15 +16,18 @@ export class RobotCard {
   #inputs;
   #diagnosis;
   #recordings;
+  #camera;
 
   /**
    * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
    *          explore: () => void, publish: (name: string) => Promise<void>}} orders
    * @param {(robot: string, seconds: number) => Promise<object>} diagnose
    * @param {import("./recordings.js").RecordingsDialog} recordings
+   * @param {import("./camera.js").CameraView} camera
    */
-  constructor(orders, diagnose, recordings) {
+  constructor(orders, diagnose, recordings, camera) {
     this.#recordings = recordings;
+    this.#camera = camera;
     this.#diagnosis = new DiagnosisPanel(diagnose);
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
@@ -58,7 +61,7 @@ export class RobotCard {
     drive.append(make("summary", { textContent: "Drive to coordinates" }), form);
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
-      drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
+      drive, this.#publishForm(orders), this.#diagnosis.element, this.#camera.element, this.#recordings.opener,
       make("div", { className: "actions" }, explore, cancel, release),
     );
   }
@@ -90,6 +93,7 @@ export class RobotCard {
     this.#card.hidden = !link;
     this.#diagnosis.select(link?.robot.id ?? null, link?.presence === "silent");
     this.#recordings.select(link?.robot ?? null);
+    this.#camera.select(link?.robot.id ?? null, Boolean(link?.waits));
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;

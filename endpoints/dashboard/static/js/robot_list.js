@@ -10,7 +10,8 @@ export const PRESENCE = { offline: "offline", starting: "starting", silent: "no 
 const BESIDE_DRIVING = { 0: "Its goal waits to begin", 6: "Stopping", 7: "Stopping" };
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, waits, connected, held, state }) {
+export function doing({ presence, waits, connected, held, state, listed, robot }) {
+  if (listed && presence !== "offline") return robot.error || robot.task || PRESENCE[presence];
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";
