@@ -20,7 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from engine.master.places import robot_key
 from engine.protocols.robot_link import ContainerBeat
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.clock import epoch, monotonic
 from ppaas.geometry import Pose2D
 from ppaas.messages import encode
@@ -70,11 +70,11 @@ class Roamer:
             self.x + self.radius * math.cos(angle), self.y + self.radius * math.sin(angle), angle + math.pi / 2
         )
 
-    def report(self, time: float) -> RobotReport:
+    def report(self, time: float) -> StateReport:
         """Return what its container reports."""
         pose = self.pose(time)
         left = 20.0 - (self.speed * self.radius * time) % 20.0
-        return RobotReport(
+        return StateReport(
             pose=(pose.x, pose.y, pose.theta), pose_at=epoch(), goal=Status.ACTIVE, left=left,
             battery=1.0 - time % 3600.0 / 3600.0, software="ppaas/0.2.0",
         )  # fmt: skip
@@ -195,7 +195,7 @@ YARDSTICK = """<canvas width=808 height=840></canvas><script>
 
 
 @dataclass(frozen=True, slots=True)
-class Load:
+class PageLoad:
     """Load of a page.
 
     Parameters
@@ -230,16 +230,16 @@ def browser_seconds() -> float:
     return total
 
 
-async def load_of(page: Page) -> Load:
+async def load_of(page: Page) -> PageLoad:
     """Measure a page: first its CPU time alone, then its frames, which cost CPU time themselves."""
     before, began = browser_seconds(), monotonic()
     await asyncio.sleep(SECONDS)
     cpu = (browser_seconds() - before) / (monotonic() - began)
     gaps = [after - before for before, after in pairwise(await page.evaluate(FRAMES, SECONDS * 1000))]
-    return Load(cpu, statistics.quantiles(gaps, n=20)[-1], max(gaps))
+    return PageLoad(cpu, statistics.quantiles(gaps, n=20)[-1], max(gaps))
 
 
-async def measure(count: int) -> list[tuple[str, Load]]:
+async def measure(count: int) -> list[tuple[str, PageLoad]]:
     """Return the loads of the yardstick, of the map with a fleet, and of its table above the map."""
     width, height = GRID.info.shape[1] * GRID.info.resolution, GRID.info.shape[0] * GRID.info.resolution
     robots = roamers(count, width, height)
@@ -255,7 +255,7 @@ async def measure(count: int) -> list[tuple[str, Load]]:
             reporting.cancel()
 
 
-async def _of_yardstick(browser: Browser, count: int) -> Load:
+async def _of_yardstick(browser: Browser, count: int) -> PageLoad:
     page = await browser.new_page(viewport=DESK)
     await page.set_content(YARDSTICK.replace("COUNT", str(count)))
     load = await load_of(page)
@@ -263,7 +263,7 @@ async def _of_yardstick(browser: Browser, count: int) -> Load:
     return load
 
 
-async def _of_dashboard(browser: Browser, url: str, token: str, count: int) -> list[tuple[str, Load]]:
+async def _of_dashboard(browser: Browser, url: str, token: str, count: int) -> list[tuple[str, PageLoad]]:
     page = await browser.new_page(viewport=DESK)
     await enter(page, url, token)
     await expect(page.locator('#robots .presence[data-presence="online"]')).to_have_count(count, timeout=60_000)

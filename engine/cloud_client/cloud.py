@@ -24,7 +24,7 @@ from engine.control.master_calls.interface import MasterCalls
 from engine.control.news import FactKind, NewsKind
 from engine.control.planning.planning import Planning
 from engine.control.robot_nodes import RobotNodes
-from engine.control.views import RobotView
+from engine.control.views import ReportedRobot
 from engine.links.place_link import PlaceLink
 from engine.master.quotas import Quotas
 from engine.specs.containers import MapVersion
@@ -217,14 +217,7 @@ class EndpointCloud:
         except Unavailable:
             return []
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None for all while no master answers."""
-        if self._master.is_up:
-            with suppress(Unavailable):
-                return await self.robots.connected(robots)
-        return [None] * len(robots)
-
-    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[RobotView | None]:
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[ReportedRobot | None]:
         """Return the states of some robots, by user and id; None for all while no master answers."""
         if self._master.is_up:
             with suppress(Unavailable):

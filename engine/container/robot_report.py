@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from engine.sessions.host import SessionHost
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.errors import PPaaSError
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import String
@@ -56,7 +56,7 @@ class RobotReporter:
 
     def __init__(self, graph: Graph, sessions: SessionHost) -> None:
         self._graph, self._sessions = graph, sessions
-        self._report = RobotReport()
+        self._report = StateReport()
         self._battery: tuple[float, float | None] = -math.inf, None
         self._explored: tuple[float, int] = -math.inf, 0
         heard = (
@@ -68,7 +68,7 @@ class RobotReporter:
                 graph.tap(topic.name, self._heard)
         sessions.hear(BATTERY, self)
 
-    def report(self) -> RobotReport:
+    def report(self) -> StateReport:
         """Return what is known of the robot now."""
         now = self._graph.elapsed()
         (charged_at, battery), (explored_at, frontiers) = self._battery, self._explored

@@ -7,7 +7,7 @@ import msgspec
 from engine.specs.containers import ContainerKind, MapVersion
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from engine.specs.start_state import KernelProgress
 
 ContainerState = Literal["starting", "ready"]
@@ -277,7 +277,7 @@ class NavigationState(msgspec.Struct, frozen=True):
     goals: tuple[GoalView, ...] = ()
 
 
-class RobotView(msgspec.Struct, frozen=True):
+class ReportedRobot(msgspec.Struct, frozen=True):
     """State of a robot, for lists of many robots.
 
     Parameters
@@ -290,7 +290,7 @@ class RobotView(msgspec.Struct, frozen=True):
         State of its container; None without one.
     machine : str
         Machine of the container; empty without one.
-    report : RobotReport
+    report : StateReport
         What the container reported last.
     """
 
@@ -298,7 +298,7 @@ class RobotView(msgspec.Struct, frozen=True):
     disconnected_since: float | None = None
     container: ContainerState | None = None
     machine: str = ""
-    report: RobotReport = RobotReport()
+    report: StateReport = StateReport()
 
 
 class UserUsage(msgspec.Struct, frozen=True):

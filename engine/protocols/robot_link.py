@@ -9,7 +9,7 @@ import msgspec
 from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 
 LINK_FACTS = "ppaas/link_facts"
 """Service of the container of a robot: the facts of the robot's connection, as JSON."""
@@ -57,7 +57,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
         Round trip to the robot [s], once an endpoint has measured it.
     robot : bool
         Whether one of the sockets belongs to the robot itself.
-    report : RobotReport
+    report : StateReport
         State of the robot.
     """
 
@@ -66,7 +66,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
     frames: int = 0
     round_trip: float | None = None
     robot: bool = False
-    report: RobotReport = RobotReport()
+    report: StateReport = StateReport()
 
 
 class Hello(msgspec.Struct, tag="hello"):

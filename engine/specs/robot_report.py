@@ -3,7 +3,7 @@
 import msgspec
 
 
-class RobotReport(msgspec.Struct, frozen=True, omit_defaults=True):
+class StateReport(msgspec.Struct, frozen=True, omit_defaults=True):
     """State of a robot, as its clone and its client know it.
 
     Parameters

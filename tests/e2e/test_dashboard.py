@@ -1,6 +1,7 @@
 """The dashboard in a real browser, with a driving robot."""
 
 import asyncio
+import base64
 import io
 import json
 import re
@@ -11,14 +12,12 @@ import pytest
 import pytest_asyncio
 from PIL import Image
 from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, WebSocket, expect
+from websockets.asyncio.client import connect
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
-from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.sensor_msgs import CompressedImage
 from ppaas.people.settings import PeopleSettings
 from robots.client.rest import RestClient
-from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.browser import DESK, PHONE, Eye, browsing, enter, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot
@@ -183,7 +182,7 @@ async def test_what_is_wrong_with_a_robot_is_said_in_words(scene: Scene, context
 
 async def test_pictures_of_a_camera_are_asked_for_while_they_are_shown(scene: Scene, context: BrowserContext) -> None:
     camera, stop = "camera/image/compressed", asyncio.Event()
-    filming = asyncio.create_task(film(scene.drive.robot, camera, stop))
+    filming = asyncio.create_task(film(scene, camera, stop))
     async with looking(context, READ_BACK) as page:
         scene.listen(page)
         await enter(page, scene.cloud.url, scene.token)
@@ -205,13 +204,17 @@ async def test_pictures_of_a_camera_are_asked_for_while_they_are_shown(scene: Sc
         await filming
 
 
-async def film(robot: RobotClient, topic: str, stop: asyncio.Event) -> None:
-    """Publish red pictures until told to stop."""
+async def film(scene: Scene, topic: str, stop: asyncio.Event) -> None:
+    """Publish red pictures by a plain rosbridge client, until told to stop."""
     file = io.BytesIO()
     Image.new("RGB", (1280, 640), "red").save(file, "png")
-    while not stop.is_set():
-        await robot.publish(topic, CompressedImage(Header(frame_id="camera"), "png", file.getvalue()))
-        await asyncio.sleep(0.1)
+    picture = {"format": "png", "data": base64.b64encode(file.getvalue()).decode()}
+    url = f"{scene.cloud.url.replace('http', 'ws', 1)}/?robot=tb-web&role=operator"
+    async with connect(url, additional_headers={"Authorization": f"Bearer {scene.token}"}) as socket:
+        await socket.send(json.dumps({"op": "advertise", "topic": topic, "type": "sensor_msgs/CompressedImage"}))
+        while not stop.is_set():
+            await socket.send(json.dumps({"op": "publish", "topic": topic, "msg": picture}))
+            await asyncio.sleep(0.1)
 
 
 async def test_a_robot_is_recorded_and_its_file_downloaded(scene: Scene, context: BrowserContext) -> None:

@@ -7,7 +7,7 @@ from playwright.async_api import Page, expect
 
 from engine.master.places import robot_key
 from engine.protocols.robot_link import ContainerBeat
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.messages.actionlib_msgs import Status
 from tests.support.cloud.browser import DESK, browsing, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
@@ -39,7 +39,7 @@ async def table() -> AsyncIterator[Page]:
             await enter(page, url, token)
             await expect(page.locator("#robots > li")).to_have_count(ROBOTS)
             await expect(page.locator("#robots .robot").nth(FAILED)).to_contain_text("No pose of it comes")
-            failed = RobotReport(goal=Status.ABORTED, goal_text="There is no way to the goal", battery=0.4)
+            failed = StateReport(goal=Status.ABORTED, goal_text="There is no way to the goal", battery=0.4)
             cloud.places[robot_key("ann", f"tb{FAILED}")].take(ContainerBeat(busy=False, robot=True, report=failed))
             await page.get_by_role("button", name="Fleet").click()
             await expect(page.locator("#fleet-count")).to_have_text(f"{ALL} robots")

@@ -6,9 +6,9 @@ from pydantic import Field
 
 from endpoints.rest.schemas import ResponseBody, Triple
 from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
-from engine.control.views import RobotView
+from engine.control.views import ReportedRobot
 from engine.rights.access import Access
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.clock import epoch
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.nodes import topics
@@ -62,7 +62,7 @@ class RobotStatus(ResponseBody):
     pose: Triple | None = Field(None, description="Last estimated pose in the frame of its map; null without any")
 
 
-def status_of(view: RobotView | None, access: Access) -> RobotStatus:
+def status_of(view: ReportedRobot | None, access: Access) -> RobotStatus:
     """Return the state of a robot as a caller may read it; without a view nothing is known."""
     if view is None:
         return RobotStatus.model_validate({"connected": None})
@@ -82,7 +82,7 @@ def status_of(view: RobotView | None, access: Access) -> RobotStatus:
     )
 
 
-def _state(view: RobotView, now: float) -> PresentState:
+def _state(view: ReportedRobot, now: float) -> PresentState:
     if not view.connected:
         return "offline"
     if view.container != "ready":
@@ -91,14 +91,14 @@ def _state(view: RobotView, now: float) -> PresentState:
     return "online" if seen is not None and now - seen <= SILENCE else "no signal"
 
 
-def _seen_ago(view: RobotView, state: PresentState, now: float) -> float | None:
+def _seen_ago(view: ReportedRobot, state: PresentState, now: float) -> float | None:
     if state == "online":
         return 0.0
     seen = [at for at in (view.report.pose_at, view.disconnected_since) if at is not None]
     return max(0.0, now - max(seen)) if seen else None
 
 
-def _task(report: RobotReport, state: PresentState) -> str:
+def _task(report: StateReport, state: PresentState) -> str:
     """Return what a robot does: nothing while it is away, or has failed."""
     if state in ("offline", "starting") or report.goal in _ERRORS:
         return ""
@@ -109,7 +109,7 @@ def _task(report: RobotReport, state: PresentState) -> str:
     return report.goal_text or _without_reason(report)
 
 
-def _without_reason(report: RobotReport) -> str:
+def _without_reason(report: StateReport) -> str:
     if report.goal is None:
         return "Ready"
     if report.goal in _ENDS:
@@ -117,7 +117,7 @@ def _without_reason(report: RobotReport) -> str:
     return "Driving" if report.left is None else f"Driving, {report.left:.1f} m to go"
 
 
-def _error(report: RobotReport) -> str:
+def _error(report: StateReport) -> str:
     if report.goal in _ERRORS:
         return report.goal_text or f"Goal: {_ERRORS[report.goal]}"
     return report.localization

@@ -135,8 +135,8 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
     the sockets of its operators.
     """
     owner, name = robot
-    [connected] = await services.cloud.connected([robot])
-    if connected:
+    [view] = await services.cloud.robot_views([robot])
+    if view is not None and view.connected:
         raise Conflict(f"robot {name!r} is connected: disconnect it first")
     await services.cloud.users.end_places(owner, NotFound("robot", name), name)
     await removal.remove_robot(services, owner, name)

@@ -16,7 +16,7 @@ from engine.control.views import (
     MappingRobot,
     NavigationState,
     PeopleGroupView,
-    RobotView,
+    ReportedRobot,
     UserUsage,
 )
 from engine.master.quotas import Quotas
@@ -249,11 +249,7 @@ class MapCalls(Protocol):
 class RobotCalls(Protocol):
     """Robots of all users."""
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None where it is not known."""
-        ...
-
-    async def views(self, robots: list[tuple[str, str]]) -> list[RobotView]:
+    async def views(self, robots: list[tuple[str, str]]) -> list[ReportedRobot]:
         """Return the states of some robots, by user and id, as their containers reported them last."""
         ...
 
@@ -381,11 +377,7 @@ class ControlPlane(MasterParts, Protocol):
         """Whether containers can start, and the kernels that machines compile."""
         ...
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None for all while no master answers."""
-        ...
-
-    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[RobotView | None]:
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[ReportedRobot | None]:
         """Return the states of some robots, by user and id; None for all while no master answers."""
         ...
 

@@ -334,8 +334,7 @@ class FakeCloud:
         self.nodes: RobotNodes = FakeNodes(self)
         self.planning: Planning = FakePlanning(self)
         self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
-        self.connected, self.robot_views = self.robots.connected, self.robots.views
-        self.set_limits = self.users.set_limits
+        self.robot_views, self.set_limits = self.robots.views, self.users.set_limits
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
         """Facts about robots that other processes know, as JSON."""

@@ -2,6 +2,7 @@
 
 import { make, say, show } from "./dom.js";
 import { bytes } from "./format.js";
+import { bare } from "./messages.js";
 import { Rosbridge } from "./rosbridge.js";
 
 const TYPE = "sensor_msgs/CompressedImage";
@@ -14,7 +15,7 @@ const DEPTH = /compressedDepth$/;
 
 /** The cameras among topics: names of pictures that a browser may show. @param {string[]} topics */
 export function camerasOf(topics) {
-  return topics.filter((name) => !DEPTH.test(name)).sort();
+  return topics.map(bare).filter((name) => !DEPTH.test(name)).sort();
 }
 
 /** Media type of a picture, or null if browsers do not show it. @param {string} format as `jpeg` or `rgb8; jpeg compressed bgr8` */

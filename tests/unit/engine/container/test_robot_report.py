@@ -7,7 +7,7 @@ import pytest
 
 from engine.container.robot_report import BATTERY, BATTERY_AGE, EXPLORING_AGE, MOST_TEXT, RobotReporter
 from engine.sessions.host import SessionHost
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.clock import ManualClock
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header, String
@@ -54,7 +54,7 @@ class Scene:
         self.place.publish(BATTERY, json.dumps(state).encode(), 1, must_arrive=False)
 
     @property
-    def now(self) -> RobotReport:
+    def now(self) -> StateReport:
         """The report now."""
         return self.reporter.report()
 
@@ -70,7 +70,7 @@ def pose(x: float) -> PoseWithCovarianceStamped:
 
 
 def test_nothing_is_reported_before_anything_is_known(scene: Scene) -> None:
-    assert scene.now == RobotReport()
+    assert scene.now == StateReport()
 
 
 def test_the_last_pose_is_reported_with_its_time(scene: Scene) -> None:

@@ -5,10 +5,10 @@ import pytest
 
 from endpoints.rest.robots import robot_status
 from endpoints.rest.robots.robot_status import SILENCE, status_of
-from engine.control.views import RobotView
+from engine.control.views import ReportedRobot
 from engine.protocols.robot_link import ContainerBeat
 from engine.rights.access import Access
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.messages.actionlib_msgs import Status
 from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
@@ -24,18 +24,18 @@ def at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot_status, "epoch", lambda: NOW)
 
 
-def connected(**report: object) -> RobotView:
+def connected(**report: object) -> ReportedRobot:
     """Return a robot that is connected, and of which a pose has just come unless the report has another time."""
-    return RobotView(True, None, "ready", "m1", RobotReport(**({"pose_at": NOW} | report)))  # type: ignore[arg-type]
+    return ReportedRobot(True, None, "ready", "m1", StateReport(**({"pose_at": NOW} | report)))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("view", "state", "seen"),
     [
-        (RobotView(False), "offline", None),
-        (RobotView(False, NOW - 60.0), "offline", 60.0),
-        (RobotView(False, NOW - 60.0, "ready", "m1", RobotReport(pose_at=NOW - 90.0)), "offline", 60.0),
-        (RobotView(True, None, "starting", "m1"), "starting", None),
+        (ReportedRobot(False), "offline", None),
+        (ReportedRobot(False, NOW - 60.0), "offline", 60.0),
+        (ReportedRobot(False, NOW - 60.0, "ready", "m1", StateReport(pose_at=NOW - 90.0)), "offline", 60.0),
+        (ReportedRobot(True, None, "starting", "m1"), "starting", None),
         (connected(), "online", 0.0),
         (connected(pose_at=NOW - SILENCE), "online", 0.0),
         (connected(pose_at=NOW - SILENCE - 1.0), "no signal", SILENCE + 1.0),
@@ -43,7 +43,7 @@ def connected(**report: object) -> RobotView:
         (connected(pose_at=NOW + 1.0), "online", 0.0),
     ],
 )
-def test_a_robot_is_online_while_poses_of_it_come(view: RobotView, state: str, seen: float | None) -> None:
+def test_a_robot_is_online_while_poses_of_it_come(view: ReportedRobot, state: str, seen: float | None) -> None:
     status = status_of(view, OWNER)
     assert (status.state, status.seen_ago, status.connected) == (state, seen, view.connected)
 
@@ -73,7 +73,7 @@ def test_task_and_error_are_said_in_words(report: dict[str, object], task: str, 
 
 
 def test_a_robot_that_is_away_has_no_task() -> None:
-    away = RobotView(False, NOW, "ready", "m1", RobotReport(goal=Status.ACTIVE, left=2.0))
+    away = ReportedRobot(False, NOW, "ready", "m1", StateReport(goal=Status.ACTIVE, left=2.0))
     assert status_of(away, OWNER).task == ""
 
 
@@ -104,7 +104,7 @@ async def test_robots_are_listed_with_what_their_containers_report(
     await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
     cloud.running = [container("c1", machine="m7")]
     cloud.connect("ann", "tb1", place := StillRobot())
-    place.take(ContainerBeat(busy=True, robot=True, report=RobotReport(pose_at=NOW, goal=Status.ACTIVE, left=4.0)))
+    place.take(ContainerBeat(busy=True, robot=True, report=StateReport(pose_at=NOW, goal=Status.ACTIVE, left=4.0)))
     [listed] = (await client.get("/v1/robots", headers=ann)).json()["items"]
     said = {key: listed[key] for key in ("connected", "state", "task", "machine")}
     assert said == {"connected": True, "state": "online", "task": "Driving, 4.0 m to go", "machine": "m7"}

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from engine.protocols.robot_link import ContainerBeat
-from engine.specs.robot_report import RobotReport
+from engine.specs.robot_report import StateReport
 from ppaas.clock import epoch
 from ppaas.messages.actionlib_msgs import Status
 from robots.cli.verbs.robot_list import LONGEST, in_order, matching, short
@@ -53,7 +53,7 @@ async def test_robots_are_listed_with_their_states(ppaas: CommandLine, tmp_path:
         await ppaas("robot", "put", name, str(file))
     ppaas.cloud.running = [container("c1", machine="m7")]
     ppaas.cloud.connect("ann", "tb1", place := StillRobot())
-    report = RobotReport(pose_at=epoch(), goal=Status.ACTIVE, left=4.0, battery=0.8, software="acme 3.2")
+    report = StateReport(pose_at=epoch(), goal=Status.ACTIVE, left=4.0, battery=0.8, software="acme 3.2")
     place.take(ContainerBeat(busy=True, robot=True, report=report))
     listed = await ppaas("robot", "list")
     assert listed.rows[0] == ["id", "state", "battery", "seen_ago", "task", "error"]
