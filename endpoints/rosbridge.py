@@ -93,6 +93,8 @@ class ConnectRequest:
         Whether velocities are sent to the client as compact frames.
     png : bool
         Whether the client reads the operation ``png`` if it asks for it.
+    software : str
+        Software of the client, as it names it; empty if it does not.
     """
 
     robot: str
@@ -107,6 +109,7 @@ class ConnectRequest:
     namespace: str | None = None
     compact: bool = False
     png: bool = True
+    software: str = ""
 
     def client(self, user: str) -> SessionClient:
         """Return the client of a session, which is this user."""
@@ -148,7 +151,30 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
         queue=query.get("queue") == "1",
         namespace=parse_namespace(query["namespace"]) if "namespace" in query else None,
         compact=query.get("compact") == "1",
+        software=parse_software(query.get("software", "")),
     )
+
+
+LONGEST_SOFTWARE = 128
+"""Longest name of a client's software [characters]."""
+
+
+def parse_software(name: str) -> str:
+    """Return the name of a client's software.
+
+    Raises
+    ------
+    InvalidParameter
+        It is too long, or has characters that are not printable.
+    """
+    if len(name) > LONGEST_SOFTWARE or not name.isprintable():
+        raise InvalidParameter(f"software must be at most {LONGEST_SOFTWARE} printable characters")
+    return name
+
+
+def software_of(agent: str) -> str:
+    """Return the name of a client's software from its ``User-Agent``, as far as it is printable."""
+    return "".join(filter(str.isprintable, agent))[:LONGEST_SOFTWARE]
 
 
 # Admission of clients to robots: their own, and those that are shared with them.
@@ -531,7 +557,9 @@ class SessionRegistry:
 
     def _options_of(self, request: ConnectRequest) -> SessionOptions:
         level: Level = "info" if request.queue else "error" if request.status else "none"
-        return SessionOptions(level, request.namespace, request.compact, request.png, request.counts, self._linger)
+        return SessionOptions(
+            level, request.namespace, request.compact, request.png, request.counts, self._linger, request.software
+        )
 
     # -- detaching ----------------------------------------------------------------------------------------------------
 
@@ -700,7 +728,8 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         if not request.robot:
             request = replace(request, robot=await only_robot(services.store, user))
             note_object(socket.scope, f"robots/{request.robot}")
-        request = replace(request, png=reads_png(socket.headers.get("user-agent", "")))
+        agent = socket.headers.get("user-agent", "")
+        request = replace(request, png=reads_png(agent), software=request.software or software_of(agent))
         connection.name = request.client(user.id).title
         await services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)

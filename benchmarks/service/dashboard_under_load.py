@@ -1,6 +1,7 @@
 """Measures the dashboard in a browser while robots drive, or takes screenshots of it.
 
-``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER [--traffic | --zones]]``.
+``python -m benchmarks.service.dashboard_under_load [--robots N | --fleet N]
+[--screenshots FOLDER [--traffic | --zones]]``.
 The first paint is measured by the browser with an empty cache; the frame rate is measured for ten seconds with all
 layers shown.
 """
@@ -21,6 +22,7 @@ from typing import Any, Literal
 
 from playwright.async_api import Browser, Page, ViewportSize, expect
 
+from benchmarks.service import console_fleet
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
@@ -223,6 +225,7 @@ def main() -> None:
     """Read the arguments and run."""
     parser = argparse.ArgumentParser(description="measure the dashboard in a browser, or take screenshots of it")
     parser.add_argument("--robots", type=int, default=10, help="number of driving robots (%(default)s)")
+    parser.add_argument("--fleet", type=int, metavar="N", help="measure N made-up robots on one map instead")
     parser.add_argument(
         "--screenshots", type=Path, metavar="FOLDER", help="write screenshots there instead of measuring"
     )
@@ -233,6 +236,10 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.screenshots and arguments.zones:
         asyncio.run(take_zones_screenshot(arguments.screenshots))
+        return
+    if arguments.fleet:
+        for name, load in asyncio.run(console_fleet.measure(arguments.fleet)):
+            say(f"{name}: {load}")
         return
     with tempfile.TemporaryDirectory() as folder:
         asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots, traffic=arguments.traffic))

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -26,6 +26,7 @@ from engine.control.news import FactKind, NewsKind
 from engine.control.planning.planning import Planning
 from engine.control.robot_nodes import RobotNodes
 from engine.control.robot_stops import StopCalls
+from engine.control.views import ReportedRobot
 from engine.links.place_link import PlaceLink
 from engine.master.quotas import Quotas
 from engine.specs.containers import MapVersion
@@ -222,9 +223,9 @@ class EndpointCloud:
         except Unavailable:
             return []
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None for all while no master answers."""
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[ReportedRobot | None]:
+        """Return the states of some robots, by user and id; None for all while no master answers."""
         if self._master.is_up:
             with suppress(Unavailable):
-                return await self.robots.connected(robots)
+                return await self.robots.views(robots)
         return [None] * len(robots)

@@ -16,6 +16,7 @@ from engine.container.executor import NodeExecutor
 from engine.container.graph_building import Attendants
 from engine.container.machine_client import MachineClient
 from engine.container.node_logs import NodeLogs
+from engine.container.robot_report import RobotReporter
 from engine.container.shared_plans import PlanningNotes
 from engine.links.open_calls import Outcome
 from engine.processes.heartbeats import BEAT_PERIOD
@@ -109,6 +110,7 @@ class Container:
         monitoring = self._monitoring = None if attendants is None else attendants.monitoring
         self._stop = None if attendants is None else attendants.stop
         self._sessions = sessions
+        self._reporter = None if sessions is None else RobotReporter(home.graph, sessions)
         self._launch = launch
         self._home = home
         self._graph = home.graph
@@ -384,11 +386,12 @@ class Container:
 
     def _beat(self) -> robot_link.ContainerBeat:
         sessions = self._sessions
-        if sessions is None:
+        if sessions is None or self._reporter is None:
             return robot_link.ContainerBeat(self._graph.busy)
         return robot_link.ContainerBeat(
-            self._graph.busy, sessions.sockets, sessions.taken, sessions.round_trip, sessions.robot_is_here
-        )
+            self._graph.busy, sessions.sockets, sessions.taken, sessions.round_trip, sessions.robot_is_here,
+            self._reporter.report(),
+        )  # fmt: skip
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 

@@ -212,6 +212,11 @@ class Containers:
         places = (place for place in self._master.places.values() if user in (None, place.request.user))
         return [view for place in places if (view := self._view(place)) is not None]
 
+    def of_robot(self, key: str) -> ContainerView | None:
+        """Return the container of the robot of a place, or None."""
+        place = self._master.places.get(key)
+        return None if place is None else self._view(place)
+
     def _view(self, place: PlaceAssignment) -> ContainerView | None:
         container = place.spec.id if place.spec is not None else ""
         machine = self._master.machines.get(place.machine or "")

@@ -13,10 +13,11 @@ from collections.abc import Callable
 import msgspec
 
 from engine.control.master_driver import MasterDriver
-from engine.control.views import GoalState, GoalView, NavigationState
+from engine.control.views import GoalState, GoalView, NavigationState, ReportedRobot
 from engine.links.place_link import PlaceLink
 from engine.links.presence import Presence
 from engine.master.places import robot_key
+from engine.specs.robot_report import StateReport
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
@@ -305,9 +306,20 @@ class RobotNavigation:
         for key in tuple(self._clients):
             self._leave(key)
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected."""
-        return [self._service.presence.is_here(robot_key(user, robot)) for user, robot in robots]
+    async def views(self, robots: list[tuple[str, str]]) -> list[ReportedRobot]:
+        """Return the states of some robots, by user and id, as their containers reported them last."""
+        return [self._view(robot_key(user, robot)) for user, robot in robots]
+
+    def _view(self, key: str) -> ReportedRobot:
+        place, presence = self._service.place(key), self._service.presence.of(key)
+        container = self._service.containers.of_robot(key)
+        return ReportedRobot(
+            presence.connected,
+            presence.disconnected_since,
+            None if container is None else container.state,
+            "" if container is None else container.machine,
+            StateReport() if place is None else place.beat.report,
+        )
 
     async def state(self, user: str, robot: str) -> NavigationState:
         """Return the pose and the active goals of a robot, connected or not."""

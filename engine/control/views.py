@@ -8,6 +8,7 @@ from engine.protocols.versions import UNSTATED
 from engine.specs.containers import ContainerKind, MapVersion
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
+from engine.specs.robot_report import StateReport
 from engine.specs.start_state import KernelProgress
 
 ContainerState = Literal["starting", "ready"]
@@ -284,6 +285,30 @@ class NavigationState(msgspec.Struct, frozen=True):
     pose_at: float | None = None
     localization: str = ""
     goals: tuple[GoalView, ...] = ()
+
+
+class ReportedRobot(msgspec.Struct, frozen=True):
+    """State of a robot, for lists of many robots.
+
+    Parameters
+    ----------
+    connected : bool
+        Whether the robot is connected: its own socket is at an endpoint.
+    disconnected_since : float, optional
+        Time at which it was lost [s since the epoch]; None while the robot is connected, or if it is not known.
+    container : {"starting", "ready"}, optional
+        State of its container; None without one.
+    machine : str
+        Machine of the container; empty without one.
+    report : StateReport
+        What the container reported last.
+    """
+
+    connected: bool
+    disconnected_since: float | None = None
+    container: ContainerState | None = None
+    machine: str = ""
+    report: StateReport = StateReport()
 
 
 class UserUsage(msgspec.Struct, frozen=True):

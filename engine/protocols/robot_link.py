@@ -10,6 +10,7 @@ from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
 from engine.protocols.versions import UNSTATED, Protocols
+from engine.specs.robot_report import StateReport
 from ppaas.messages.health.stops import RobotStop
 
 LINK_FACTS = "ppaas/link_facts"
@@ -58,6 +59,8 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
         Round trip to the robot [s], once an endpoint has measured it.
     robot : bool
         Whether one of the sockets belongs to the robot itself.
+    report : StateReport
+        State of the robot.
     """
 
     busy: bool
@@ -65,6 +68,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
     frames: int = 0
     round_trip: float | None = None
     robot: bool = False
+    report: StateReport = StateReport()
 
 
 class StopsInForce(msgspec.Struct, tag="stops", frozen=True):

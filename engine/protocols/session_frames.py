@@ -59,6 +59,8 @@ class SessionOptions(msgspec.Struct, frozen=True):
         Whether the client counts frames.
     linger : float
         Time for which the session is retained without a socket [s].
+    software : str
+        Software of the client, as it names it; empty if it does not.
     """
 
     level: Level = "none"
@@ -67,6 +69,7 @@ class SessionOptions(msgspec.Struct, frozen=True):
     png: bool = True
     counts: bool = False
     linger: float = 0.0
+    software: str = ""
 
 
 class NumberedFrame(msgspec.Struct, frozen=True, array_like=True):

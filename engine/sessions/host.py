@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import msgspec
 
+from engine.links.shared_place import Listener
 from engine.protocols.refusals import error_of, refusal_of
 from engine.protocols.session_frames import (
     AccessChanged,
@@ -244,6 +245,16 @@ class SessionHost:
     def robot_is_here(self) -> bool:
         """Whether a socket of the robot itself is attached, at any endpoint."""
         return any(retained.client.role == "robot" for retained in self._sockets.values())
+
+    @property
+    def software(self) -> str:
+        """Software of the robot's client, as it names it; empty if it does not, or is not attached."""
+        robots = (retained for retained in self._sockets.values() if retained.client.role == "robot")
+        return next((retained.options.software for retained in robots), "")
+
+    def hear(self, topic: str, listener: Listener) -> None:
+        """Notify a listener in this process of the messages of a topic, of the clone or of a client."""
+        self._place.subscribe(topic, self._place.join(listener))
 
     @property
     def round_trip(self) -> float | None:

@@ -111,6 +111,14 @@ def size(value: float) -> str:
     return f"{gib:.1f} GiB" if gib >= 1.0 else f"{value / 2**20:.1f} MiB"
 
 
+def _share(value: float) -> str:
+    return f"{100 * value:.0f} %"
+
+
+def _ago(seconds: float) -> str:
+    return f"{duration(seconds)} ago" if seconds else "now"
+
+
 def _milliseconds(seconds: float) -> str:
     return f"{seconds * 1e3:.1f} ms"
 
@@ -134,6 +142,8 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "disconnected_since": _moment,
     "time": _moment,
     "age": duration,
+    "seen_ago": _ago,
+    "battery": _share,
     "cpu": percent,
     "kernels": _kernels,
     "network": _per_second,

@@ -11,6 +11,7 @@ from urllib.parse import urlencode, urlsplit, urlunsplit
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
+from ppaas import __version__
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.refusals import error_of_status, untrusted
 from ppaas.wire.resumption import (
@@ -88,6 +89,7 @@ class Address:
         self._given = CloudUrl.parse(url)
         self._preferred = self._given
         self._query: dict[str, object] = {"robot": robot, "role": role, "status": 1, SESSION: session}
+        self._query["software"] = f"ppaas/{__version__}"
         self.headers = bearer(token)
         if not hold:
             self._query["hold"] = 0

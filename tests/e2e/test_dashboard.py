@@ -1,5 +1,8 @@
 """The dashboard in a real browser, with a driving robot."""
 
+import asyncio
+import base64
+import io
 import json
 import re
 from collections.abc import AsyncIterator
@@ -7,7 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 import pytest_asyncio
+from PIL import Image
 from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, WebSocket, expect
+from websockets.asyncio.client import connect
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
@@ -173,6 +178,43 @@ async def test_what_is_wrong_with_a_robot_is_said_in_words(scene: Scene, context
         await page.get_by_role("button", name="tb-web").press("Enter")
         await expect(page.locator(".topics li").first).to_contain_text("scan")
         await expect(finding.first).not_to_contain_text("tb-away")
+
+
+async def test_pictures_of_a_camera_are_asked_for_while_they_are_shown(scene: Scene, context: BrowserContext) -> None:
+    camera, stop = "camera/image/compressed", asyncio.Event()
+    filming = asyncio.create_task(film(scene, camera, stop))
+    async with looking(context, READ_BACK) as page:
+        scene.listen(page)
+        await enter(page, scene.cloud.url, scene.token)
+        await page.get_by_role("button", name="tb-web").press("Enter")
+        assert not scene.frames("subscribe", camera)
+        await page.get_by_text("Camera", exact=True).press("Enter")
+        picture = page.get_by_role("img", name=f"Picture of {camera} of tb-web")
+        await expect(picture).to_be_visible()
+        seen = "one => [one.width, one.height, ...one.getContext('2d').getImageData(9, 9, 1, 1).data]"
+        assert await picture.evaluate(seen) == [640, 320, 255, 0, 0, 255]
+        [asked] = scene.frames("subscribe", camera)
+        assert asked["throttle_rate"] == 500
+        async with page.expect_event("websocket") as again:
+            await page.get_by_text("Camera", exact=True).press("Enter")
+            await expect(picture).to_be_hidden()
+            await page.get_by_text("Camera", exact=True).press("Enter")
+        assert "ticket=" in (await again.value).url
+        stop.set()
+        await filming
+
+
+async def film(scene: Scene, topic: str, stop: asyncio.Event) -> None:
+    """Publish red pictures by a plain rosbridge client, until told to stop."""
+    file = io.BytesIO()
+    Image.new("RGB", (1280, 640), "red").save(file, "png")
+    picture = {"format": "png", "data": base64.b64encode(file.getvalue()).decode()}
+    url = f"{scene.cloud.url.replace('http', 'ws', 1)}/?robot=tb-web&role=operator"
+    async with connect(url, additional_headers={"Authorization": f"Bearer {scene.token}"}) as socket:
+        await socket.send(json.dumps({"op": "advertise", "topic": topic, "type": "sensor_msgs/CompressedImage"}))
+        while not stop.is_set():
+            await socket.send(json.dumps({"op": "publish", "topic": topic, "msg": picture}))
+            await asyncio.sleep(0.1)
 
 
 async def test_a_robot_is_recorded_and_its_file_downloaded(scene: Scene, context: BrowserContext) -> None:

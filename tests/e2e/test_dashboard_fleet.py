@@ -5,14 +5,21 @@ from collections.abc import AsyncIterator
 import pytest
 from playwright.async_api import Page, expect
 
+from engine.master.places import robot_key
+from engine.protocols.robot_link import ContainerBeat
+from engine.specs.robot_report import StateReport
+from ppaas.messages.actionlib_msgs import Status
 from tests.support.cloud.browser import DESK, browsing, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 
 ROBOTS = 500
 ALL = ROBOTS + 1
 CONNECTED, FAILED = 5, 3
+MANY = 80
+"""Robots on one map, more than have sockets."""
 VISIBLE = 50
 """Most rows that the page draws on a desk."""
 
@@ -25,15 +32,15 @@ async def table() -> AsyncIterator[Page]:
         serving_fleet(ROBOTS, lambda number: number < CONNECTED, ("mower",)),
         browsing(),
     )
-    async with served as (url, token, _), started as browser, sockets.beating():
+    async with served as (url, token, cloud), started as browser, sockets.beating():
         context = await browser.new_context(viewport=DESK)
         async with looking(context) as page:
             await sockets.answer(page)
             await enter(page, url, token)
             await expect(page.locator("#robots > li")).to_have_count(ROBOTS)
             await expect(page.locator("#robots .robot").nth(FAILED)).to_contain_text("No pose of it comes")
-            sockets.place(f"tb{FAILED}", 3.0, 5.0)
-            sockets.status(f"tb{FAILED}", 4, "There is no way to the goal")
+            failed = StateReport(goal=Status.ABORTED, goal_text="There is no way to the goal", battery=0.4)
+            cloud.places[robot_key("ann", f"tb{FAILED}")].take(ContainerBeat(busy=False, robot=True, report=failed))
             await page.get_by_role("button", name="Fleet").click()
             await expect(page.locator("#fleet-count")).to_have_text(f"{ALL} robots")
             yield page
@@ -53,12 +60,17 @@ async def test_hundreds_of_robots_are_listed_and_only_visible_ones_drawn(table: 
 
 async def test_robots_are_sorted_by_each_column(table: Page) -> None:
     first, rows = table.locator("#fleet tbody tr").first, table.locator("#fleet thead th")
-    for title, rising, falling in (("Robot", "tb499", "mower"), ("Error", "tb3", "tb3"), ("Machine", "m1", "m2")):
+    for title, rising, falling in (
+        ("Robot", "tb499", "mower"),
+        ("Error", "tb3", "tb3"),
+        ("Battery", "tb3", "tb3"),
+        ("Machine", "m1", "m2"),
+    ):
         await table.locator("#fleet thead").get_by_role("button", name=title).click()
         await expect(first).to_contain_text(rising)
         await table.locator("#fleet thead").get_by_role("button", name=title).click()
         await expect(first).to_contain_text(falling)
-    await expect(rows.last).to_have_attribute("aria-sort", "descending")
+    await expect(rows.filter(has_text="Machine")).to_have_attribute("aria-sort", "descending")
     await expect(rows.first).to_have_attribute("aria-sort", "none")
 
 
@@ -87,3 +99,26 @@ async def test_a_robot_of_another_map_is_shown_on_that_map(table: Page) -> None:
     await expect(table.locator("#map-choice")).to_have_value("yard")
     await expect(table.locator("#robots > li")).to_have_count(1)
     await expect(table.locator("#robot-card .name")).to_have_text("mower")
+
+
+async def test_of_many_robots_on_a_map_few_have_sockets_and_all_are_placed() -> None:
+    sockets, served = RobotSockets(), serving_fleet(MANY)
+    async with served as (url, token, _), browsing() as browser, sockets.beating():
+        context = await browser.new_context(viewport=DESK)
+        async with looking(context) as page:
+            await sockets.answer(page)
+            await enter(page, url, token)
+            robots = page.locator("#robots .presence")
+            await expect(robots).to_have_count(MANY)
+            await until(lambda: "tb0" in sockets.open)
+            names = [f"tb{number}" for number in range(1, MANY)]
+            poses = [{"position": {"x": 3, "y": 5, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}] * (
+                MANY - 1
+            )
+            sockets.publish("tb0", "robots", {"names": names, "poses": poses})
+            await expect(robots.nth(MANY - 1)).to_have_text("online")
+            assert sockets.open.keys() == {"tb0"}
+            await page.get_by_role("button", name="tb7", exact=False).first.click()
+            await until(lambda: "tb7" in sockets.open)
+            assert sockets.open.keys() == {"tb0", "tb7"}
+        await context.close()

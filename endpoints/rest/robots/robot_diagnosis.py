@@ -137,9 +137,9 @@ async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = D
     For a robot that is not connected, the answer says what would stop it from connecting.
     """
     findings, seen = await _diagnosis(services, robot, seconds)
-    [connected] = await services.cloud.connected([(robot.user, robot.id)])
-    if connected is None:  # no master answers: the robot's container knows, too
-        connected = seen.link is not None and seen.link.robots > 0
+    [view] = await services.cloud.robot_views([(robot.user, robot.id)])
+    heard = seen.link is not None and seen.link.robots > 0  # while no master answers, the robot's container knows
+    connected = heard if view is None else view.connected
     return _answer(robot.id, findings, seen, connected=connected)
 
 

@@ -17,6 +17,7 @@ from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Paged, 
 from endpoints.rest.names import Name, RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
+from endpoints.rest.robots.robot_status import status_of
 from endpoints.rest.robots.robot_urdf import check_clone
 from endpoints.rest.robots.schemas import (
     STORED_FIELDS,
@@ -135,19 +136,24 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
     the sockets of its operators.
     """
     owner, name = robot
-    [connected] = await services.cloud.connected([robot])
-    if connected:
+    [view] = await services.cloud.robot_views([robot])
+    if view is not None and view.connected:
         raise Conflict(f"robot {name!r} is connected: disconnect it first")
     await services.cloud.users.end_places(owner, NotFound("robot", name), name)
     await removal.remove_robot(services, owner, name)
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
-    connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
+    views = await services.cloud.robot_views([(robot.user, robot.id) for robot in robots])
     stopped = await run_in_threadpool(why_stopped, services.store, [robot.record for robot in robots])
     return [
-        RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here, "stopped": why} | _shown(robot))
-        for robot, here, why in zip(robots, connected, stopped, strict=True)
+        RobotListed(
+            **msgspec.structs.asdict(robot.record)
+            | status_of(view, robot.access).model_dump()
+            | {"stopped": why}
+            | _shown(robot)
+        )
+        for robot, view, why in zip(robots, views, stopped, strict=True)
     ]
 
 

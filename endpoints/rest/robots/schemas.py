@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, StrictBool, model_validator
 
 from endpoints.rest.names import Name, PluginName, RobotMap
+from endpoints.rest.robots.robot_status import RobotStatus
 from endpoints.rest.schemas import (
     Cores,
     Description,
@@ -109,12 +110,9 @@ class RobotAnswer(ResponseBody):
     labels: dict[str, str]
 
 
-class RobotListed(RobotAnswer):
-    """Robot in a list."""
+class RobotListed(RobotAnswer, RobotStatus):
+    """Robot in a list, with its state."""
 
-    connected: bool | None = Field(
-        description="Whether the robot's own socket is open at an endpoint; null while no master answers"
-    )
     stopped: Stopped
 
 

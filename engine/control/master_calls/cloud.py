@@ -318,7 +318,7 @@ class Cloud:
         self.nodes = RobotNodes(self._place_of)
         self.planning = Planning(self._use, driver.start_state)
         self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
-        self.connected, self.set_limits = self.robots.connected, self.users.set_limits
+        self.robot_views, self.set_limits = self.robots.views, self.users.set_limits
         self.announce, self.facts = self.news.tell, self.fact_sources.ask
 
     @property

@@ -1,6 +1,6 @@
 """The engine, as endpoints and the jobs of the master use it: one Protocol a subject."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Protocol
 
 from engine.calls.interface import notice
@@ -17,6 +17,7 @@ from engine.control.views import (
     MappingRobot,
     NavigationState,
     PeopleGroupView,
+    ReportedRobot,
     UserUsage,
 )
 from engine.master.quotas import Quotas
@@ -249,8 +250,8 @@ class MapCalls(Protocol):
 class RobotCalls(Protocol):
     """Robots of all users."""
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None where it is not known."""
+    async def views(self, robots: list[tuple[str, str]]) -> list[ReportedRobot]:
+        """Return the states of some robots, by user and id, as their containers reported them last."""
         ...
 
     async def state(self, user: str, robot: str) -> NavigationState:
@@ -378,8 +379,8 @@ class ControlPlane(MasterParts, Protocol):
         """Whether containers can start, and the kernels that machines compile."""
         ...
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None for all while no master answers."""
+    async def robot_views(self, robots: list[tuple[str, str]]) -> Sequence[ReportedRobot | None]:
+        """Return the states of some robots, by user and id; None for all while no master answers."""
         ...
 
     async def set_limits(self, user: str, limits: Limits) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
-from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_map, robot_recordings, robot_shares, robot_urdf
+from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.verbs import robot_goals, robot_list, robot_map, robot_recordings, robot_shares, robot_urdf
 from robots.client.cloud_url import path_of
 
 NAME = "robot"
@@ -19,17 +19,6 @@ ROBOTS = Resource(
     "robots",
     ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner", "stopped"),
     "no robots; register one: ppaas robot put ID FILE.json",
-    (
-        "id",
-        "connected",
-        "map",
-        "model",
-        "initial_pose",
-        "cores",
-        "base_global_planner",
-        "base_local_planner",
-        "stopped",
-    ),
 )
 CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null for the default"
 
@@ -54,14 +43,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_shares.configure_unshare(verbs.add_parser("unshare", help="share a robot no more"))
     for verb in (put, one, change, delete):
         verb.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
-    listing.add_argument("--shared", action="store_true", help="list the robots that others share with you instead")
+    robot_list.configure(listing)
     put.add_argument("file", type=Path, help="the robot file")
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
     robot_urdf.add_mesh_argument(put)
     change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
-    add_limit_argument(listing)
-    for verb in (put, listing, one, change, delete):
+    for verb in (put, one, change, delete):
         add_session_arguments(verb)
 
 
@@ -84,14 +72,6 @@ async def _put(arguments: argparse.Namespace) -> None:
     if urdf is not None:
         await client.put_urdf(arguments.id, urdf)
     await _show(arguments)
-
-
-async def _list(arguments: argparse.Namespace) -> None:
-    if not arguments.shared:
-        await ROBOTS.list(arguments)
-        return
-    found = await logged_in(arguments).items(path_of("robots"), arguments.limit, shared="true")
-    show(found, ("user", "role", *ROBOTS.list_columns), as_json=arguments.json, if_none="no robots are shared with you")
 
 
 async def _show(arguments: argparse.Namespace) -> None:
@@ -136,7 +116,7 @@ def _row(node: dict[str, Any]) -> dict[str, Any]:
 
 _VERBS = {
     "put": _put,
-    "list": _list,
+    "list": robot_list.run,
     "show": _show,
     "change": _change,
     "delete": ROBOTS.delete,

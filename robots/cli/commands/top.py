@@ -1,4 +1,4 @@
-"""Command ``ppaas top``: live view of the machines and containers, as tables for a terminal or as plain text."""
+"""Command ``ppaas top``: live view of machines, containers and robots, as tables for a terminal or as plain text."""
 
 import argparse
 import contextlib
@@ -14,6 +14,7 @@ from ppaas.errors import NotPermitted
 from robots.cli import event_loop
 from robots.cli.output import cell, duration, percent, size, table
 from robots.cli.session import add_interval_argument, add_session_arguments, logged_in
+from robots.cli.verbs.robot_list import COLUMNS, in_order, short
 from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ MACHINES = ("id", "state", "cores", "capacity", "load", "memory_used", "memory",
 CONTAINERS = (
     "id", "kind", "user", "robot", "map", "machine", "state", "connected", "cores", "cpu", "pss", "age", "clients",
 )  # fmt: skip
-NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[8:])
+ROBOTS = COLUMNS
+NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[8:]) | {"battery", "seen_ago"}
 
 
 SORT_KEYS: dict[str, Callable[[Row], Any]] = {
@@ -81,19 +83,21 @@ def heading(seen: Row) -> str:
 
 
 def _tables(seen: Row, sort: str) -> list[tuple[tuple[str, ...], list[Row]]]:
-    containers = sorted(seen["containers"], key=SORT_KEYS[sort])
-    return [(MACHINES, seen["machines"] or []), (CONTAINERS, containers)]
+    containers = sorted(seen["containers"], key=SORT_KEYS.get(sort, SORT_KEYS["cpu"]))
+    robots = in_order(seen["robots"], sort if sort in ROBOTS else "id")
+    return [(MACHINES, seen["machines"] or []), (CONTAINERS, containers), (ROBOTS, list(map(short, robots)))]
 
 
 NAME = "top"
-HELP = "watch the machines and containers, and what they use"
+HELP = "watch the machines, containers and robots"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("--once", action="store_true", help="show them once and exit")
     add_interval_argument(parser)
-    parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="sort key (%(default)s)")
+    keys = [*SORT_KEYS, *(column for column in ROBOTS if column not in SORT_KEYS)]
+    parser.add_argument("--sort", choices=keys, default="cpu", help="sort key, of containers or robots (%(default)s)")
     add_session_arguments(parser)
 
 
@@ -134,8 +138,12 @@ async def _updates(client: "RestClient", arguments: argparse.Namespace) -> Async
 
 
 async def read_state(client: "RestClient") -> dict[str, Any]:
-    """Return the current ``time``, ``machines`` (None if the user is not an administrator) and ``containers``."""
+    """Return the ``time``, ``machines`` (None for other users than administrators), ``containers`` and ``robots``."""
     machines = None
     with contextlib.suppress(NotPermitted):
         machines = await client.items(path_of("machines"))
-    return {"time": epoch(), "machines": machines, "containers": await client.items(path_of("containers"))}
+    robots = await client.items(path_of("robots"))
+    shared = await client.items(path_of("robots"), shared="true")
+    robots += [robot | {"id": f"{robot['user']}:{robot['id']}"} for robot in shared]
+    containers = await client.items(path_of("containers"))
+    return {"time": epoch(), "machines": machines, "containers": containers, "robots": robots}

@@ -136,6 +136,9 @@ class FakeContainers(FakePart):
     async def views(self, user: str | None) -> list[ContainerView]:
         return [c for c in self._cloud.running if user in (None, c.user)]
 
+    def of_robot(self, key: str) -> ContainerView | None:
+        return next((c for c in self._cloud.running if robot_key(c.user, c.robot or "") == key), None)
+
     async def give_up(self, container: str) -> None:
         [gone] = [one for one in self._cloud.running if one.id == container]
         self._cloud.running.remove(gone)
@@ -335,7 +338,7 @@ class FakeCloud:
         self.nodes: RobotNodes = FakeNodes(self)
         self.planning: Planning = FakePlanning(self)
         self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
-        self.connected, self.set_limits = self.robots.connected, self.users.set_limits
+        self.robot_views, self.set_limits = self.robots.views, self.users.set_limits
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
         """Facts about robots that other processes know, as JSON."""

@@ -8,12 +8,15 @@ from typing import Any
 
 from argon2 import PasswordHasher, profiles
 from playwright.async_api import Page, WebSocketRoute
+from starlette.types import ASGIApp
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.resources.services import Services
 from engine.control.robot_stops import RobotStops
+from engine.links.place_link import PlaceLink
+from engine.master.places import robot_key
 from engine.specs.containers import MapVersion
 from ppaas.maps.formats.map_files import save_map
 from storage.memory.maps import MemoryMapStore
@@ -95,7 +98,10 @@ def name_of(number: int) -> str:
 
 @asynccontextmanager
 async def serving_fleet(
-    count: int, connected: Callable[[int], bool] = lambda _number: True, elsewhere: tuple[str, ...] = ()
+    count: int,
+    connected: Callable[[int], bool] = lambda _number: True,
+    elsewhere: tuple[str, ...] = (),
+    around: Callable[[ASGIApp], ASGIApp] = lambda app: app,
 ) -> AsyncIterator[tuple[str, str, FakeCloud]]:
     """Serve a fleet of ann, who is an administrator; return the URL, her token and the cloud.
 
@@ -107,6 +113,8 @@ async def serving_fleet(
         Whether the robot of a number has a container and is connected.
     elsewhere : tuple of str
         Ids of further robots of hers, on the map yard, which are not connected.
+    around : callable
+        Returns the application to serve in place of the one that it is given.
     """
     store, maps, cloud = MemoryStore(), MemoryMapStore(), FakeCloud()
     cloud.stops = RobotStops(cloud, store)
@@ -126,6 +134,8 @@ async def serving_fleet(
         for number in range(count)
         if connected(number)
     ]
+    for one in cloud.running:
+        cloud.connect("ann", one.robot or "", PlaceLink(robot_key("ann", one.robot or "")))
     with closing(accounts):
-        async with serve(create_app(Services(store, maps, accounts, cloud))) as port:
+        async with serve(around(create_app(Services(store, maps, accounts, cloud)))) as port:
             yield f"http://127.0.0.1:{port}", await accounts.login("ann", "correct horse"), cloud

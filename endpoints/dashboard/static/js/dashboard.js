@@ -70,7 +70,7 @@ export class Dashboard {
     this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
-    this.#table = new FleetTable(this.#fleet, (robot) => this.#goTo(robot));
+    this.#table = new FleetTable((robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     const context = {
       rest, cloud: this.#cloud, fleet: this.#fleet, journal: this.#journal, failed: told.failed, ask: told.ask,
@@ -96,7 +96,7 @@ export class Dashboard {
     await this.#cloud.read(this.#rest);
     const { me, isAdmin, maps, robots, own, containers, machines, endpoints } = this.#cloud;
     say(byId("user"), me.id);
-    this.#table.take(robots, own);
+    this.#table.take(robots);
     this.#maps.update(maps, robots, own);
     this.#cloud.map = this.#maps.current;
     await this.#showMap();
@@ -178,7 +178,6 @@ export class Dashboard {
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user
-    this.#table.update();
     this.#stage.renderer.ask();
   }
 

@@ -1,7 +1,8 @@
 /** Robots of the shown map, each with its own link. */
 
+import { followed, posesOfOthers } from "./crowd.js";
 import { RobotColours } from "./robot_colours.js";
-import { RobotLink } from "./robot_link.js";
+import { RobotLink, seconds } from "./robot_link.js";
 import { ROBOTS } from "./theme.js";
 
 const RADIUS = 0.18; // of a model that the cloud does not know [m]
@@ -11,6 +12,7 @@ const byName = new Intl.Collator(undefined, { numeric: true }).compare;
 export class Fleet {
   /** @type {Map<string, RobotLink>} by id */ #links = new Map();
   /** @type {string | null} */ #selected = null;
+  /** @type {Map<string, object>} by robot */ #containers = new Map();
   #colours = new RobotColours(ROBOTS);
   #urlOf;
   #shown;
@@ -24,7 +26,7 @@ export class Fleet {
   constructor(urlOf, shown, events) {
     this.#urlOf = urlOf;
     this.#shown = shown;
-    this.#events = events;
+    this.#events = { ...events, others: (link, message) => this.#others(link, message) };
   }
 
   /** @returns {RobotLink[]} by id */
@@ -45,6 +47,7 @@ export class Fleet {
   /** @param {string | null} id */
   select(id) {
     this.#selected = id;
+    this.#follow();
     this.#events.changed();
   }
 
@@ -55,15 +58,43 @@ export class Fleet {
    */
   update(robots, containers, radii) {
     const ids = new Set(robots.map((robot) => robot.id));
+    this.#containers = new Map(containers.map((container) => [container.robot, container]));
     for (const link of this.links.filter((link) => !ids.has(link.robot.id))) this.#remove(link);
     this.#colours.give([...ids].sort(byName));
     robots.forEach((robot) => {
       const link = this.#links.get(robot.id) ?? new RobotLink(robot, this.#shown, this.#events);
       link.robot = { ...robot, radius: radii.get(robot.model) ?? RADIUS, colour: this.#colours.of(robot.id) };
       this.#links.set(robot.id, link);
-      link.placed(containers.find((container) => container.robot === robot.id), this.#urlOf);
     });
     this.#links = new Map([...this.#links].sort(([a], [b]) => byName(a, b)));
+    this.#follow();
+    this.#locate();
+    this.#events.changed();
+  }
+
+  /** Tell the links their containers, and which of them are to have a socket. */
+  #follow() {
+    const containerOf = ({ robot }) => this.#containers.get(robot.id);
+    const isReady = (link) => containerOf(link)?.state === "ready";
+    const chosen = followed(this.links.filter(isReady), this.selected);
+    for (const link of this.links) {
+      const urlOf = chosen.has(link) || !isReady(link) ? this.#urlOf : null;
+      link.placed(containerOf(link), urlOf, chosen.get(link));
+    }
+  }
+
+  /** Take from the lists of the cloud where robots without a socket are, unless another robot tells it more often. */
+  #locate() {
+    const now = seconds();
+    for (const link of this.links) {
+      const { pose, seen_ago: ago } = link.robot;
+      if (pose && link.state.silent(now)) link.locateAt({ x: pose[0], y: pose[1], theta: pose[2] }, now - (ago ?? Infinity));
+    }
+  }
+
+  #others(observer, message) {
+    const now = seconds();
+    for (const [id, pose] of posesOfOthers(observer.robot.id, message)) this.#links.get(id)?.locateAt(pose, now);
     this.#events.changed();
   }
 
@@ -76,7 +107,7 @@ export class Fleet {
   /** The robot at a point, or the nearest within reach. @param {{x: number, y: number}} point @param {number} reach [m] */
   at(point, reach) {
     const near = this.links
-      .filter(({ state }) => state.pose)
+      .filter(({ located }) => located)
       .map((link) => ({ link, away: Math.hypot(link.state.pose.x - point.x, link.state.pose.y - point.y) }))
       .filter(({ link, away }) => away <= Math.max(link.robot.radius, reach))
       .sort((a, b) => a.away - b.away);

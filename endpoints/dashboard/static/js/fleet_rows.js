@@ -1,47 +1,36 @@
-/** Rows of the table of all robots: what the cloud and the page know of each, sorted, searched, and cut to what is visible. */
+/** Rows of the table of all robots: what the cloud says of each, sorted, searched, and cut to what is visible. */
 
-import { duration } from "./format.js";
-import { ENDED_BADLY } from "./messages.js";
-import { PRESENCE, doing, sentence } from "./robot_list.js";
+import { duration, number } from "./format.js";
+import { sentence } from "./robot_list.js";
 
 /** Rows above and below the visible ones, so that none is missing while one scrolls. */
 const BESIDE = 8;
 
-/** Columns of the table: key of the row, and title. */
-export const COLUMNS = [["id", "Robot"], ["state", "State"], ["task", "Task"], ["error", "Error"], ["seen", "Last seen"], ["map", "Map"], ["machine", "Machine"]];
+/** Columns of the table: key of the row, and title. Their meaning is that of the members of `GET /v1/robots`. */
+export const COLUMNS = [
+  ["id", "Robot"], ["state", "State"], ["battery", "Battery"], ["task", "Task"], ["error", "Error"], ["seen", "Last seen"],
+  ["map", "Map"], ["machine", "Machine"], ["software", "Software"],
+];
 
-/** @typedef {{id: string, state: string, presence: string, task: string, error: string, age: number, seen: string, map: string, machine: string}} Row */
+/**
+ * @typedef {{id: string, state: string, charge: number, battery: string, task: string, error: string, age: number,
+ *            seen: string, map: string, machine: string, software: string}} Row
+ */
 
-/** How a robot is by its container alone, which is all that the page knows of robots of other maps. @param {object | undefined} container */
-function presenceOf(container) {
-  if (!container?.connected) return "offline";
-  return container.state === "ready" ? "online" : "starting";
-}
-
-/** Time since a robot was seen [s]; infinite if it never was. @param {string} presence @param {number} seenAt @param {number} now [s] */
-function ageOf(presence, seenAt, now) {
-  return presence === "online" ? 0 : now - seenAt;
-}
-
-/** @param {number} age @returns {string} */
+/** @param {number} age [s] @returns {string} */
 function seen(age) {
   if (!Number.isFinite(age)) return "–";
   return age === 0 ? "now" : `${duration(age)} ago`;
 }
 
-/**
- * The row of a robot.
- * @param {{id: string, map: string, stopped: string | null}} robot @param {object | undefined} container
- * @param {import("./robot_link.js").RobotLink | null} link null for a robot of another map @param {number} now [s]
- * @returns {Row}
- */
-export function rowOf({ id, map, stopped }, container, link, now) {
-  const presence = link?.presence ?? presenceOf(container);
-  const age = ageOf(presence, link?.seenAt ?? -Infinity, now);
-  const goal = link?.state.goal;
-  const error = goal && ENDED_BADLY.has(goal.code) ? goal.text || goal.word : "";
-  const task = stopped ? sentence(stopped) : link && !error ? doing(link) : "";
-  return { id, presence, state: PRESENCE[presence], task, error, age, seen: seen(age), map, machine: container?.machine ?? "" };
+/** The row of a robot. @param {object} robot as `GET /v1/robots` has it @returns {Row} */
+export function rowOf({ id, map, state, battery, seen_ago: ago, task, error, machine, software, stopped }) {
+  const age = ago ?? Infinity;
+  return {
+    id, map, state: state ?? "unknown", task: stopped ? sentence(stopped) : task ?? "", error: error ?? "", age, seen: seen(age),
+    charge: battery ?? NaN, battery: battery === null || battery === undefined ? "" : `${number(100 * battery, 0)} %`,
+    machine: machine ?? "", software: software ?? "unknown",
+  };
 }
 
 /** The rows in which each word of a text is found. @param {Row[]} rows @param {string} text */
@@ -54,14 +43,17 @@ export function matching(rows, text) {
 }
 
 const collator = new Intl.Collator(undefined, { numeric: true });
+/** Numbers behind the texts of columns, by which these are sorted. */
+const NUMBERS = { seen: "age", battery: "charge" };
 
 /** The rows by a column; empty fields come last, and equal ones by the name of the robot. @param {Row[]} rows @param {string} key @param {boolean} falls */
 export function sorted(rows, key, falls) {
   const sign = falls ? -1 : 1;
   const order = (a, b) => {
-    if (key === "seen") return a.age === b.age ? 0 : sign * (a.age - b.age);
     if (!a[key] !== !b[key]) return a[key] ? -1 : 1;
-    return sign * collator.compare(a[key], b[key]);
+    const number = NUMBERS[key];
+    if (!number) return sign * collator.compare(a[key], b[key]);
+    return Object.is(a[number], b[number]) ? 0 : sign * (a[number] - b[number]);
   };
   return [...rows].sort((a, b) => order(a, b) || collator.compare(a.id, b.id));
 }

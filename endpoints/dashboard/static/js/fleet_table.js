@@ -3,8 +3,9 @@
 import { byId, make, say, show } from "./dom.js";
 import { COLUMNS, matching, rowOf, sorted, windowOf } from "./fleet_rows.js";
 import { plural } from "./format.js";
-import { seconds } from "./robot_link.js";
 
+/** Names of states in parts.css, where these differ. */
+const PRESENCE = { "no signal": "silent" };
 const ROW = 44; // height of a row, as in parts.css [pixels]
 
 export class FleetTable {
@@ -18,31 +19,26 @@ export class FleetTable {
   #heads;
   #key = "id";
   #falls = false;
-  #fleet;
   #picked;
-  /** @type {{id: string, map: string}[]} */ #robots = [];
-  /** @type {Map<string, object>} by robot */ #containers = new Map();
+  /** @type {object[]} as the cloud lists them */ #robots = [];
+  /** @type {import("./fleet_rows.js").Row[]} the rows that are found, in order */ #rows = [];
 
-  /**
-   * @param {import("./fleet.js").Fleet} fleet robots of the shown map
-   * @param {(robot: {id: string, map: string}) => void} picked
-   */
-  constructor(fleet, picked) {
-    this.#fleet = fleet;
+  /** @param {(robot: {id: string, map: string}) => void} picked */
+  constructor(picked) {
     this.#picked = picked;
     this.#heads = COLUMNS.map(([key, title]) => make("th", { scope: "col" }, make("button", { type: "button", textContent: title, onclick: () => this.#sort(key) })));
     this.#table.append(make("thead", {}, make("tr", {}, ...this.#heads)), this.#body);
     this.#scroller.replaceChildren(this.#above, this.#table, this.#below);
-    this.#scroller.addEventListener("scroll", () => this.update());
+    this.#scroller.addEventListener("scroll", () => this.#draw());
     this.#search.addEventListener("input", () => this.#begin());
     byId("fleet-open").addEventListener("click", () => this.#open());
     byId("fleet-close").addEventListener("click", () => this.#dialog.close());
   }
 
-  /** Take what the cloud lists. @param {{id: string, map: string}[]} robots of all maps @param {object[]} containers of these */
-  take(robots, containers) {
+  /** Take what the cloud lists. @param {object[]} robots of all maps */
+  take(robots) {
     this.#robots = robots;
-    this.#containers = new Map(containers.map((container) => [container.robot, container]));
+    if (this.#dialog.open) this.#find();
   }
 
   #open() {
@@ -54,7 +50,7 @@ export class FleetTable {
   /** Show the first rows. */
   #begin() {
     this.#scroller.scrollTop = 0;
-    this.update();
+    this.#find();
   }
 
   #sort(key) {
@@ -63,13 +59,16 @@ export class FleetTable {
     this.#begin();
   }
 
-  /** Show how the robots are now, if the table is open. */
-  update() {
-    if (!this.#dialog.open) return;
-    const now = seconds();
-    const all = this.#robots.map((robot) => rowOf(robot, this.#containers.get(robot.id), this.#fleet.link(robot.id), now));
-    const rows = sorted(matching(all, this.#search.value), this.#key, this.#falls);
-    say(byId("fleet-count"), rows.length === all.length ? plural(all.length, "robot") : `${rows.length} of ${plural(all.length, "robot")}`);
+  #find() {
+    const all = this.#robots.length;
+    this.#rows = sorted(matching(this.#robots.map(rowOf), this.#search.value), this.#key, this.#falls);
+    say(byId("fleet-count"), this.#rows.length === all ? plural(all, "robot") : `${this.#rows.length} of ${plural(all, "robot")}`);
+    this.#draw();
+  }
+
+  /** Draw the rows in view. */
+  #draw() {
+    const rows = this.#rows;
     const { from, to } = windowOf(this.#scroller.scrollTop, this.#scroller.clientHeight, ROW, rows.length);
     this.#above.style.height = `${from * ROW}px`;
     this.#below.style.height = `${(rows.length - to) * ROW}px`;
@@ -99,5 +98,5 @@ function fill(element, { row, index }) {
     cell.title = row[key];
   });
   element.children[1].className = "presence";
-  element.children[1].dataset.presence = row.presence;
+  element.children[1].dataset.presence = PRESENCE[row.state] ?? row.state;
 }

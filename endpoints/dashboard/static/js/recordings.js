@@ -175,7 +175,7 @@ export class RecordingsDialog {
   }
 }
 
-addCardPart(2, ({ rest }) => {
+addCardPart(3, ({ rest }) => {
   const dialog = new RecordingsDialog(rest);
   return { element: dialog.opener, update: (link) => dialog.select(link?.robot ?? null) };
 });

@@ -94,7 +94,7 @@ export class Renderer {
     context.fillRect(0, 0, this.#view.width, this.#view.height);
     this.#drawMap(context);
     for (const name of ["zones", "traffic"]) this.#layers.get(name)?.draw(context, this.#view);
-    const links = this.#fleet.links.filter((link) => link.connected && link.state.pose);
+    const links = this.#fleet.links.filter(({ located }) => located);
     for (const link of links) this.#drawSurroundings(context, link);
     for (const link of links) this.#drawTarget(context, link);
     this.#layers.get("people")?.draw(context, this.#view);

@@ -5,7 +5,7 @@ import { isNew } from "./growing_map.js";
 import { bare } from "./messages.js";
 import { RobotState } from "./robot_state.js";
 import { Rosbridge } from "./rosbridge.js";
-import { TOPICS, wanted } from "./topics.js";
+import { OTHERS, TOPICS, wanted } from "./topics.js";
 
 /**
  * State of a robot: not connected, with a starting container, with a container that receives nothing from the robot, or
@@ -33,6 +33,9 @@ export class RobotLink {
   held = "";
   /** The last goal that was sent from here. */
   sent = "";
+  /** Whether it is known by the lists of the cloud and by other robots alone: it is one of too many for a socket. */
+  listed = false;
+  /** Whether it hears of the other robots of its owner, too. */ observes = false;
   #container = null;
   #socket = null;
   #opening = null;
@@ -44,7 +47,7 @@ export class RobotLink {
    * @param {RobotLink["robot"]} robot
    * @param {Set<string>} shown layers
    * @param {{changed: () => void, ended: (link: RobotLink, goal: object) => void,
-   *          told: (link: RobotLink, text: string) => void}} events
+   *          told: (link: RobotLink, text: string) => void, others: (link: RobotLink, message: any) => void}} events
    */
   constructor(robot, shown, events) {
     this.robot = robot;
@@ -73,11 +76,34 @@ export class RobotLink {
     return Boolean(this.#socket?.open);
   }
 
-  /** Take what the cloud says of its container; open or close the socket by it. @param {object | undefined} container */
-  placed(container, urlOf) {
+  /** Whether it is drawn on the map. */
+  get located() {
+    return this.state.pose !== null && (this.connected || (this.listed && this.presence !== "offline"));
+  }
+
+  /**
+   * Take what the cloud says of its container; open or close the socket by it.
+   * @param {object | undefined} container
+   * @param {((robot: string) => Promise<string>) | null} urlOf null if it is to have no socket
+   * @param {boolean} observes whether it hears of the other robots of its owner, too
+   */
+  placed(container, urlOf, observes = false) {
     this.#container = container ?? null;
-    if (container?.state === "ready") this.#open(urlOf);
-    else this.close();
+    if (!urlOf && !this.listed) this.close();
+    this.listed = !urlOf;
+    if (observes && !this.observes) this.#subscribe(OTHERS);
+    else if (!observes && this.observes) this.#socket?.unsubscribe(OTHERS);
+    this.observes = observes;
+    if (container?.state !== "ready") this.close();
+    else if (urlOf) this.#open(urlOf);
+  }
+
+  /** Take the place of a robot without a socket. @param {import("./geometry.js").Pose} pose @param {number} at [s] */
+  locateAt(pose, at) {
+    if (!this.listed || at < this.state.heardAt) return;
+    this.state.pose = pose;
+    this.state.heardAt = at;
+    this.seenAt = Math.max(this.seenAt, at);
   }
 
   #open(urlOf) {
@@ -104,6 +130,7 @@ export class RobotLink {
   #opened() {
     this.state = new RobotState();
     wanted(this.#shown, this.mapping).forEach((topic) => this.#subscribe(topic));
+    if (this.observes) this.#subscribe(OTHERS);
     this.#events.changed();
   }
 
@@ -115,6 +142,7 @@ export class RobotLink {
   }
 
   #heard(name, message) {
+    if (bare(name) === OTHERS) return this.#events.others(this, message);
     const ended = this.state.take(bare(name), message, seconds());
     this.seenAt = Math.max(this.seenAt, this.state.heardAt);
     if (ended) this.#events.ended(this, ended);

@@ -15,7 +15,8 @@ export function sentence(text) {
 }
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, waits, connected, held, state, robot }) {
+export function doing({ presence, waits, connected, held, state, listed, robot }) {
+  if (listed && presence !== "offline") return robot.error || (robot.stopped && sentence(robot.stopped)) || robot.task || PRESENCE[presence];
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";

@@ -14,6 +14,8 @@ const CLEAN = 1000;
 export class Rosbridge {
   #socket;
   #closed = false;
+  /** Calls without an answer, by id. @type {Map<string, (values: any) => void>} */ #calls = new Map();
+  #count = 0;
 
   /** @param {string} url @param {Listener} listener */
   constructor(url, listener) {
@@ -47,6 +49,23 @@ export class Rosbridge {
     return this.#send({ op: "publish", topic, msg });
   }
 
+  /**
+   * Call a service. The promise is never settled if the socket is closed before the answer.
+   * @param {string} service @param {object} args @returns {Promise<any>} what it answers; nothing if it failed
+   */
+  call(service, args) {
+    const id = `call-${(this.#count += 1)}`;
+    return new Promise((resolve) => {
+      this.#calls.set(id, resolve);
+      this.#send({ op: "call_service", service, args, id });
+    });
+  }
+
+  #answered({ id, result, values }) {
+    this.#calls.get(id)?.(result === false ? {} : values);
+    this.#calls.delete(id);
+  }
+
   /** Close the socket without further events to the listener; one that is being opened, once it is open. */
   close() {
     this.#closed = true;
@@ -64,6 +83,7 @@ export class Rosbridge {
     if (this.#closed) return;
     const frame = JSON.parse(data);
     if (frame.op === "publish") listener.heard(frame.topic, frame.msg);
+    else if (frame.op === "service_response") this.#answered(frame);
     else if (frame.op === "status") listener.told(String(frame.msg));
   }
 }

@@ -91,7 +91,7 @@ export class Stops {
   }
 }
 
-addCardPart(3, ({ rest }) => {
+addCardPart(4, ({ rest }) => {
   const stops = new Stops(rest);
   return { element: stops.button, update: (link) => stops.select(link?.robot ?? null) };
 });

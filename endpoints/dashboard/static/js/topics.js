@@ -5,7 +5,10 @@
 
 /** @typedef {"plan" | "scan" | "particles" | "people" | "traffic" | "zones"} Layer */
 
-/** @type {Record<string, {type: string, throttle: number, layer?: Layer, mapping?: true, queue?: number}>} */
+/** Topic with the places of other robots, which few robots of many are asked for. */
+export const OTHERS = "robots";
+
+/** @type {Record<string, {type: string, throttle: number, layer?: Layer, mapping?: true, queue?: number, asked?: true}>} */
 export const TOPICS = {
   amcl_pose: { type: "geometry_msgs/PoseWithCovarianceStamped", throttle: 0 }, // each, to find that of a scan
   pose: { type: "geometry_msgs/PoseWithCovarianceStamped", throttle: 0, mapping: true },
@@ -13,6 +16,7 @@ export const TOPICS = {
   map_updates: { type: "map_msgs/OccupancyGridUpdate", throttle: 0, mapping: true, queue: 100 }, // each counts
   "explore/feedback": { type: "explore_msgs/ExploreActionFeedback", throttle: 500, mapping: true },
   "explore/result": { type: "explore_msgs/ExploreActionResult", throttle: 0, mapping: true },
+  [OTHERS]: { type: "ppaas_msgs/RobotStates", throttle: 200, asked: true },
   tf_static: { type: "tf2_msgs/TFMessage", throttle: 0 },
   "move_base/status": { type: "actionlib_msgs/GoalStatusArray", throttle: 0 },
   "move_base/result": { type: "move_base_msgs/MoveBaseActionResult", throttle: 0 },
@@ -31,7 +35,7 @@ export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particle
  */
 export function wanted(shown, mapping) {
   return Object.keys(TOPICS).filter((name) => {
-    const { layer, mapping: only } = TOPICS[name];
-    return (!layer || shown.has(layer)) && (mapping || !only);
+    const { layer, mapping: only, asked } = TOPICS[name];
+    return !asked && (!layer || shown.has(layer)) && (mapping || !only);
   });
 }

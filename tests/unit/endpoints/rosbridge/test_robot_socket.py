@@ -14,7 +14,7 @@ from websockets.typing import Origin
 
 from endpoints import rosbridge
 from endpoints.http.websocket_protocol import MAX_REASON
-from endpoints.rosbridge import MAX_LISTED, content_of, parse_connect_request, reads_png
+from endpoints.rosbridge import LONGEST_SOFTWARE, MAX_LISTED, content_of, parse_connect_request, reads_png, software_of
 from engine.protocols import control_link, robot_link
 from engine.protocols.control_link import StopContainer
 from engine.protocols.refusals import Refusal
@@ -22,7 +22,7 @@ from engine.sessions import session
 from engine.sessions.calls import MAX_CALLS
 from engine.sessions.outbox import FrameOutbox
 from engine.sessions.session import MAX_LOGGED
-from ppaas.errors import NotFound, Unavailable
+from ppaas.errors import InvalidParameter, NotFound, Unavailable
 from ppaas.wire.rosbridge import RosbridgeSession
 from storage.records import Limits, User
 from tests.support.endpoints.robot_world import KEY, PASSWORD, World, closed, hear, next_of, refusal, say
@@ -417,3 +417,13 @@ async def test_a_queued_robot_is_not_idle(crowded: World) -> None:
         await told(second)
         place = crowded.service.place("robot:ann/tb2")
         assert place is not None and place.busy
+
+
+def test_the_software_of_a_client_is_its_name_or_its_user_agent() -> None:
+    assert parse_connect_request({"robot": "tb1", "software": "acme 3.2"}).software == "acme 3.2"
+    assert parse_connect_request({"robot": "tb1"}).software == ""
+    assert software_of("acme/3.2\x1b[31m") == "acme/3.2[31m"
+    assert len(software_of("a" * 1000)) == LONGEST_SOFTWARE
+    for name in ("a" * (LONGEST_SOFTWARE + 1), "acme\n3.2"):
+        with pytest.raises(InvalidParameter, match="software must be at most 128 printable characters"):
+            parse_connect_request({"robot": "tb1", "software": name})

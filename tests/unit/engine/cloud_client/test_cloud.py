@@ -35,7 +35,7 @@ class Master:
         self.asked.append(arguments)
         if self.loses:
             raise Unavailable("the master was lost")
-        if method in (RobotCalls.connected, MasterCalls.facts):
+        if method in (RobotCalls.views, MasterCalls.facts):
             return [True]
         return JoinedPlace(KEY, "base_link", self.position)
 
@@ -116,13 +116,13 @@ async def test_each_set_of_labels_has_a_container_of_its_own(
     assert [labels for _, _, labels, _ in master.asked] == [{}, {"zone": "hall-2"}]
 
 
-async def test_it_is_not_known_who_is_connected_while_no_master_answers(cloud: EndpointCloud, master: Master) -> None:
-    assert await cloud.connected([("ann", "tb1")]) == [True]
+async def test_states_of_robots_are_not_known_while_no_master_answers(cloud: EndpointCloud, master: Master) -> None:
+    assert await cloud.robot_views([("ann", "tb1")]) == [True]
     master.loses = True
-    assert await cloud.connected([("ann", "tb1"), ("ann", "tb2")]) == [None, None]
+    assert await cloud.robot_views([("ann", "tb1"), ("ann", "tb2")]) == [None, None]
     master.is_up = False
     asked = len(master.asked)
-    assert await cloud.connected([("ann", "tb1")]) == [None]
+    assert await cloud.robot_views([("ann", "tb1")]) == [None]
     assert len(master.asked) == asked, "nobody waits for a master"
 
 

@@ -7,6 +7,7 @@ user, a query, a fragment, spaces, ports out of range.
 
 import pytest
 
+from ppaas import __version__
 from ppaas.errors import InvalidInput, NotAuthenticated
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
 from robots.client.connection import Address
@@ -43,7 +44,8 @@ def test_another_form_is_refused_by_all_clients(url: str) -> None:
 def test_the_token_is_in_a_header_and_not_in_the_address() -> None:
     address = Address("https://cloud/ppaas", robot="tb1", token="secret", role="robot", session="s")
     assert address.headers == {"Authorization": "Bearer secret"}
-    assert address.at(None) == "wss://cloud/ppaas/?robot=tb1&role=robot&status=1&session=s&resume=none"
+    query = f"robot=tb1&role=robot&status=1&session=s&software=ppaas%2F{__version__}&resume=none"
+    assert address.at(None) == f"wss://cloud/ppaas/?{query}"
 
 
 @pytest.mark.parametrize("token", ["a\r\nX: y", "schlüssel"])

@@ -36,7 +36,9 @@ async def test_a_robot_is_stored_as_its_file_states(client: httpx.AsyncClient, l
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann", "role": "administer"})
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None, "stopped": None}
-    listed = {"items": [answer.json() | {"connected": False, "stopped": None}], "next": None}
+    unknown = dict.fromkeys(("battery", "seen_ago", "machine", "software", "pose", "stopped"))
+    state = unknown | {"connected": False, "state": "offline", "task": "", "error": ""}
+    listed = {"items": [answer.json() | state], "next": None}
     assert (await client.get("/v1/robots", headers=ann)).json() == listed
 
 

@@ -33,7 +33,9 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     assert put.status == 0, put.err
     assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa", "-"]
     assert (await ppaas("robot", "show", "tb1")).out == put.out
-    assert (await ppaas("robot", "list")).rows[1] == ["tb1", "no", *put.rows[1][1:]]
+    assert (await ppaas("robot", "list")).rows[1] == ["tb1", "offline", "-", "-"]
+    wide = await ppaas("robot", "list", "--wide")
+    assert wide.rows[1] == ["tb1", "offline", "-", "-", "house", "-", "-", "no", *put.rows[1][2:]]
     shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
     assert (shown["user"], shown["parameters"]) == ("ann", {})
     assert (await ppaas("robot", "delete", "tb1")).status == 0
@@ -45,7 +47,7 @@ async def test_a_robot_that_makes_a_map_is_put_and_unused_parameters_are_named(p
     put = await ppaas("robot", "put", "tb1", written(file, map="new:office-2", parameters=parameters))
     assert (put.status, put.err) == (0, "note: the parameters of amcl are not used while the robot makes a map\n")
     assert put.rows[1][:2] == ["tb1", "new:office-2"]
-    assert (await ppaas("robot", "list")).rows[1] == ["tb1", "no", *put.rows[1][1:]]
+    assert "new:office-2" in (await ppaas("robot", "list", "--wide")).rows[1]
     put = await ppaas("robot", "put", "tb1", written(file, map="house", parameters=parameters))
     assert put.err == "note: the parameters of grid_slam are not used on a published map\n"
     wrong = await ppaas("robot", "put", "tb1", written(file, map="new:two words"))

@@ -107,10 +107,11 @@ def test_the_terminal_view_shows_the_same_as_the_text(capsys: pytest.CaptureFixt
         "clients": 1,
         "connected": True,
     }
-    seen = {"time": 0.0, "machines": None, "containers": [one]}
+    robot = {"id": "tb1", "state": "online", "battery": 0.8, "seen_ago": 0.0, "task": "Driving", "error": ""}
+    seen = {"time": 0.0, "machines": None, "containers": [one], "robots": [robot]}
     console = Console(width=160)
     with console.capture() as drawn:
         console.print(render(seen, "cpu"))
     words = set(drawn.get().split())
-    assert {"tb1", "50", "1.0", "MiB", "5s"} <= words
+    assert {"tb1", "50", "1.0", "MiB", "5s", "80", "now", "Driving"} <= words
     assert words - {"─" * n for n in range(1, 200)} >= set(as_text(seen, "cpu").split()) - {"-"}

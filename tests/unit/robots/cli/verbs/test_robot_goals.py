@@ -66,7 +66,7 @@ async def test_the_state_says_that_a_robot_left_and_that_its_container_waits(
     assert row[0] == "no"
     [listed] = json.loads((await ppaas("robot", "list", "--json")).out)
     assert listed["connected"] is False
-    assert (await ppaas("robot", "list")).rows[1][:2] == ["tb1", "no"]
+    assert (await ppaas("robot", "list")).rows[1][:2] == ["tb1", "offline"]
     assert (await ppaas("robot", "go", "tb1", "1", "1")).status == 1
 
 
