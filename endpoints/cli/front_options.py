@@ -51,6 +51,26 @@ def add(parser: argparse.ArgumentParser) -> None:
     _add_log(parser)
 
 
+def add_masters(parser: argparse.ArgumentParser) -> None:
+    """Add the option with the addresses of masters to a command."""
+    parser.add_argument(
+        "--master",
+        type=_argument(_host_and_port),
+        action="append",
+        default=[],
+        metavar="HOST:PORT",
+        help="address at which a master of this cloud may listen for machines: where one joins with a secret; may be "
+        "repeated",
+    )
+
+
+def _host_and_port(text: str) -> str:
+    from engine.protocols.address import parse_host_port  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    parse_host_port(text)
+    return text
+
+
 def _add_log(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--log-level",

@@ -1,6 +1,8 @@
 """``ppaas machine join``: make this host a machine of a cloud on another one."""
 
 import argparse
+import asyncio
+import logging
 import os
 import socket
 import tempfile
@@ -10,9 +12,15 @@ from typing import TYPE_CHECKING
 from endpoints.cli import front_options
 from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
+from ppaas.errors import InvalidInput, Unavailable
 
 if TYPE_CHECKING:
     from engine.remote.endpoint_processes import EndpointProcesses
+
+logger = logging.getLogger(__name__)
+
+RETRY = 2.0
+"""Time between two attempts to reach a master with a secret [s]."""
 
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 
@@ -22,6 +30,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "ticket", nargs="?", metavar="TICKET", help="output of 'ppaas machine ticket' (not needed after the first join)"
     )
+    parser.add_argument(
+        "--join-secret-file",
+        type=Path,
+        metavar="FILE",
+        help="file of secrets, as the cloud has it: with one of them this machine joins at --master without a ticket",
+    )
+    front_options.add_masters(parser)
     parser.add_argument("--name", default=socket.gethostname(), help="name of the machine (%(default)s)")
     parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
     parser.add_argument(
@@ -58,8 +73,6 @@ def run(arguments: argparse.Namespace) -> int:
     front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here: ``ppaas --help`` loads this module.
-    import asyncio  # noqa: PLC0415
-
     from endpoints.cli.settings_tree import MACHINE, settled  # noqa: PLC0415 - it imports this module
     from engine.remote import agent  # noqa: PLC0415
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
@@ -69,10 +82,34 @@ def run(arguments: argparse.Namespace) -> int:
     endpoints = _endpoints(arguments) if arguments.endpoints else None
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
+    elif arguments.join_secret_file is not None:
+        asyncio.run(_join_by_secret(folder, arguments))
     membership_in(folder)  # reports errors before the process is replaced
     options = agent.MachineOptions(arguments.cores, dict(arguments.label), endpoints=endpoints)
     _replace_process(agent.__name__, folder, options)
     return 0
+
+
+async def _join_by_secret(folder: Path, arguments: argparse.Namespace) -> None:
+    """Join with a secret; wait for a master, as it may start after this machine."""
+    from engine.protocols.address import parse_host_port  # noqa: PLC0415
+    from engine.remote.masters import KnownMasters  # noqa: PLC0415
+    from engine.remote.membership import join_by_secret  # noqa: PLC0415
+
+    if not arguments.master:
+        raise InvalidInput("--join-secret-file needs --master HOST:PORT, where the cloud listens for machines")
+    masters, said = tuple(map(parse_host_port, arguments.master)), ""
+    while True:
+        try:
+            await join_by_secret(folder, arguments.join_secret_file, arguments.name, masters)
+        except Unavailable as error:
+            if str(error) != said:
+                said = str(error)
+                logger.warning("machine %s waits for its cloud: %s", arguments.name, said)
+            await asyncio.sleep(RETRY)
+        else:
+            KnownMasters(folder).note(map(str, masters))
+            return
 
 
 def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":

@@ -74,6 +74,13 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--listen-machines", metavar="HOST:PORT", help="listen for machines of other hosts here and on the next port"
     )
+    parser.add_argument(
+        "--join-secret-file",
+        type=Path,
+        metavar="FILE",
+        help="file of secrets with which machines of other hosts may join without a ticket; read whenever one asks",
+    )
+    front_options.add_masters(parser)
     parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
     parser.add_argument(
         "--balancer",
@@ -131,6 +138,13 @@ def _add_standby(parser: argparse.ArgumentParser) -> None:
         metavar="TICKET",
         help="wait while another process leads the cloud of this store, and take over when it dies; the "
         "output of 'ppaas machine ticket --standby' is needed once if machines of other hosts have joined",
+    )
+    parser.add_argument(
+        "--standby-secret-file",
+        type=Path,
+        metavar="FILE",
+        help="file of secrets with which standbys may join without a ticket, and this one at --master; they get the "
+        "key of the cloud's certificate authority",
     )
 
 

@@ -25,6 +25,9 @@ from storage.urls.opening import open_store
 
 logger = logging.getLogger(__name__)
 
+RETRY = 1.0
+"""Time between two attempts to reach a master with a secret [s]."""
+
 REPLACED = 1
 """Exit status of a process that another one has replaced."""
 
@@ -49,6 +52,10 @@ async def take_the_lead(
     async with contextlib.AsyncExitStack() as meanwhile:
         if standby:
             await asyncio.to_thread(_get_ready, arguments)
+            founds = arguments.standby_secret_file is not None and await _founds(arguments, store)
+            # Two that begin a cloud at once have no common files: the other one ends, and is started again.
+            standby = not founds
+        if standby:
             await _copy_files(arguments, config.listen_machines, meanwhile)
             await spares.start(arguments.endpoints)
             logger.info("standing by: this process leads once no other one does")
@@ -59,6 +66,34 @@ async def take_the_lead(
     watching = asyncio.create_task(_end_when_lost(leadership))
     stack.callback(watching.cancel)
     return leadership
+
+
+async def _founds(arguments: argparse.Namespace, store: LeaseStore) -> bool:
+    """Join the masters as a standby by a secret; return whether there is no cloud yet, so that this process leads."""
+    from engine.remote.authority import STANDBY  # noqa: PLC0415 - as below
+    from engine.remote.masters import KnownMasters  # noqa: PLC0415
+    from engine.remote.membership import join_by_secret  # noqa: PLC0415
+    from engine.remote.standbys import FOLDER  # noqa: PLC0415
+
+    if not arguments.master:
+        raise InvalidInput("--standby-secret-file needs --master HOST:PORT, where other masters listen for machines")
+    addresses, said = tuple(map(parse_host_port, arguments.master)), ""
+    name = f"{socket.gethostname().partition('.')[0][:56]}{STANDBY}"
+    while not arguments.standby and not (arguments.data / LAST).exists():
+        try:
+            await join_by_secret(arguments.data / FOLDER, arguments.standby_secret_file, name, addresses)
+            break
+        except Unavailable as error:
+            if (await asyncio.to_thread(store.lease, MASTER)).epoch == 0:
+                logger.info("no process has led this cloud yet: this one does")
+                return True
+            if str(error) != said:
+                said = str(error)
+                logger.warning("waiting for a master that has the files of the cloud: %s", said)
+        await asyncio.sleep(RETRY)
+    if (arguments.data / LAST).exists():
+        KnownMasters(arguments.data / MACHINES).note(map(str, addresses))
+    return False
 
 
 async def _copy_files(

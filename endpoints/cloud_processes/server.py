@@ -120,6 +120,7 @@ def run_server(arguments: argparse.Namespace) -> int:
         check_installed()
     if arguments.metrics is not None:
         _check_metrics_installed()
+    _check_listens(arguments)
     provider_settings(arguments)  # reports what is missing before anything starts
     settle_stores(arguments)
     try:
@@ -166,6 +167,9 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         keep_versions=arguments.keep_versions,
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
+        join_secrets=_path_or_none(arguments.join_secret_file),
+        standby_secrets=_path_or_none(arguments.standby_secret_file),
+        masters=tuple(arguments.master),
         machine_settings=str(data / MACHINE_SETTINGS),
         left=str(data),
         adopt_within=arguments.adopt_within,
@@ -180,6 +184,17 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),
     )
+
+
+def _check_listens(arguments: argparse.Namespace) -> None:
+    """Check that machines can come to show a secret; raises ``InvalidInput`` otherwise."""
+    for option in ("join_secret_file", "standby_secret_file"):
+        if getattr(arguments, option) is not None and arguments.listen_machines is None:
+            raise InvalidInput(f"--{option.replace('_', '-')} needs --listen-machines HOST:PORT")
+
+
+def _path_or_none(path: Path | None) -> str | None:
+    return None if path is None else str(path.resolve())
 
 
 def _ray_endpoints(arguments: argparse.Namespace) -> EndpointProcesses | None:

@@ -5,6 +5,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterable
+from concurrent.futures import CancelledError
 from socketserver import ThreadingMixIn
 from typing import TYPE_CHECKING, Any
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PATH = "/metrics"
+
+ALIVE = "/alive"
+"""Path of the question whether the process works, which supervisors ask."""
+
+PATIENCE = 5.0
+"""Time that the event loop has to answer this question [s]."""
 
 MOST_CLIENTS = 8
 """Largest number of scrapes at a time; a further connection is closed."""
@@ -55,16 +62,30 @@ class _Server(ThreadingMixIn, WSGIServer):
             self._free.release()
 
 
-def at_path(metrics: "WSGIApplication") -> "WSGIApplication":
-    """Return an application that serves metrics at `PATH`, and nothing elsewhere."""
+def at_paths(metrics: "WSGIApplication", loop: asyncio.AbstractEventLoop) -> "WSGIApplication":
+    """Return an application that serves metrics at `PATH`, and at `ALIVE` whether an event loop works."""
 
     def serve(environ: "WSGIEnvironment", start_response: "StartResponse") -> Iterable[bytes]:
         if environ["PATH_INFO"] == PATH:
             return metrics(environ, start_response)
-        start_response("404 Not Found", [("Content-Type", "text/plain")])
-        return [f"metrics are at {PATH}\n".encode()]
+        status, text = "404 Not Found", f"metrics are at {PATH}\n"
+        if environ["PATH_INFO"] == ALIVE:
+            status, text = ("200 OK", "alive\n") if is_alive(loop) else ("503 Service Unavailable", "hangs\n")
+        start_response(status, [("Content-Type", "text/plain")])
+        return [text.encode()]
 
     return serve
+
+
+def is_alive(loop: asyncio.AbstractEventLoop) -> bool:
+    """Return whether an event loop, of another thread, answers in time."""
+    answering = asyncio.run_coroutine_threadsafe(asyncio.sleep(0), loop)
+    try:
+        answering.result(PATIENCE)
+    except (TimeoutError, CancelledError):
+        answering.cancel()
+        return False
+    return True
 
 
 async def serve_metrics(address: tuple[str, int], *, robots: bool) -> tuple[CloudCollector, Callable[[], None]]:
@@ -90,7 +111,7 @@ async def serve_metrics(address: tuple[str, int], *, robots: bool) -> tuple[Clou
         server = await asyncio.to_thread(_Server, address)
     except OSError as error:
         raise Unavailable(f"cannot serve metrics at {host}:{port}: {error}") from error
-    server.set_app(at_path(make_wsgi_app(registry)))
+    server.set_app(at_paths(make_wsgi_app(registry), asyncio.get_running_loop()))
     thread = threading.Thread(target=server.serve_forever, name="metrics", daemon=True)
     thread.start()
     logger.info("serving metrics at http://%s:%d%s", host, server.server_port, PATH)

@@ -90,7 +90,7 @@ class Setting:
         if self.action.choices is not None:
             return Literal[tuple(self.action.choices)]
         result = _result_of(self.action.type)
-        if get_origin(result) is tuple:
+        if get_origin(result) is tuple and self._is_list:
             return dict[str, _scalar(get_args(result)[1])]  # type: ignore[misc]
         return list[str] if self._is_list else _scalar(result)
 
@@ -126,6 +126,8 @@ class Setting:
             return without_password(value)
         if isinstance(value, list):
             return dict(value) if get_origin(self.form) is dict else value
+        if isinstance(value, tuple):  # host and port
+            return ":".join(map(str, value))
         return str(value) if isinstance(value, Path) else value
 
     @property

@@ -86,6 +86,10 @@ class ControlServer:
         """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self.connected)
 
+    def is_connected(self, machine: str) -> bool:
+        """Return whether a machine has registered and is connected."""
+        return machine in self._machines
+
     def order(self, machine: str, order: msgspec.Struct) -> None:
         """Send an order to a machine, now or once this master leads again.
 

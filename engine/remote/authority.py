@@ -53,7 +53,7 @@ def read_key(pem: bytes) -> Key:
 
 def authority_certificate(key: Key, name: str) -> x509.Certificate:
     """Return the self-signed certificate of an authority."""
-    made = _begin(name, name, key.public_key(), key, ca=True)
+    made = _begin(_named(name), name, key.public_key(), key, ca=True)
     usage = x509.KeyUsage(
         digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False, key_encipherment=False,
         data_encipherment=False, key_agreement=False, encipher_only=False, decipher_only=False,
@@ -61,7 +61,7 @@ def authority_certificate(key: Key, name: str) -> x509.Certificate:
     return made.add_extension(usage, critical=True).sign(key, hashes.SHA256())
 
 
-def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
+def issue(name: x509.Name, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
     """Return the certificate of a machine, valid for clients only."""
     made = _begin(name, common_name(issuer), public, key, ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
@@ -70,7 +70,7 @@ def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate
 
 def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> x509.Certificate:
     """Return the certificate of the cloud, which clients verify by this name."""
-    made = _begin(name, common_name(issuer), own.public_key(), key, ca=False)
+    made = _begin(_named(name), common_name(issuer), own.public_key(), key, ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
     dialled = x509.SubjectAlternativeName([x509.DNSName(name)])
     return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
@@ -79,7 +79,7 @@ def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> 
 def self_signed(name: str, own: Key) -> bytes:
     """Return the certificate of a server that its clients know by its fingerprint, in PEM."""
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-    made = _begin(name, name, own.public_key(), own, ca=False)
+    made = _begin(_named(name), name, own.public_key(), own, ca=False)
     return made.add_extension(usage, critical=False).sign(own, hashes.SHA256()).public_bytes(Encoding.PEM)
 
 
@@ -113,16 +113,19 @@ def common_name(certificate: x509.Certificate) -> str:
     return str(attribute.value)
 
 
-def _named(name: str) -> x509.Name:
-    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+def _named(name: str, unit: str = "") -> x509.Name:
+    common = x509.NameAttribute(NameOID.COMMON_NAME, name)
+    return x509.Name([common, x509.NameAttribute(NameOID.ORGANIZATIONAL_UNIT_NAME, unit)] if unit else [common])
 
 
-def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, key: Key, *, ca: bool) -> x509.CertificateBuilder:
+def _begin(
+    name: x509.Name, issuer: str, public: ec.EllipticCurvePublicKey, key: Key, *, ca: bool
+) -> x509.CertificateBuilder:
     """Return a certificate to be signed with ``key``, with the identifiers of keys that RFC 5280 demands."""
     now = datetime.datetime.now(datetime.UTC)
     return (
         x509.CertificateBuilder()
-        .subject_name(_named(name))
+        .subject_name(name)
         .issuer_name(_named(issuer))
         .public_key(public)
         .serial_number(x509.random_serial_number())
@@ -141,6 +144,9 @@ STANDBY = "@standby"
 
 NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9._-]{{0,63}}|[A-Za-z0-9][A-Za-z0-9._-]{{0,55}}{STANDBY}")
 """Names of machines and standbys; a common name has up to 64 characters (RFC 5280, ``ub-common-name``)."""
+
+BY_SECRET = "joined with a secret"
+"""Organizational unit in the certificate of a machine that joined with a secret, not with a ticket."""
 
 
 class Authority:
@@ -189,10 +195,17 @@ class Authority:
         """Return whether a machine of that name has a certificate."""
         return self._path(machine).exists()
 
-    def issue(self, machine: str, request: bytes) -> bytes:
+    def has_joined_by_secret(self, machine: str) -> bool:
+        """Return whether the certificate of a machine was issued for a join secret."""
+        path = self._path(machine)
+        known = x509.load_pem_x509_certificate(path.read_bytes()) if path.exists() else None
+        return known is not None and bool(known.subject.get_attributes_for_oid(NameOID.ORGANIZATIONAL_UNIT_NAME))
+
+    def issue(self, machine: str, request: bytes, *, by_secret: bool = False) -> bytes:
         """Return a new certificate in PEM; it revokes the machine's earlier one.
 
-        A standby's certificate is not recorded: each standby has the key of this authority.
+        A standby's certificate is not recorded: each standby has the key of this authority. ``by_secret`` notes in it
+        that the machine joined with a secret.
 
         Raises
         ------
@@ -200,7 +213,8 @@ class Authority:
             The name or the request is invalid.
         """
         check_name(machine)
-        certificate = issue(machine, read_request(request), self._certificate, self._key)
+        name = _named(machine, BY_SECRET if by_secret else "")
+        certificate = issue(name, read_request(request), self._certificate, self._key)
         pem = certificate.public_bytes(Encoding.PEM)
         if not machine.endswith(STANDBY):
             write_private(self._path(machine), pem)

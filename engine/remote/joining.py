@@ -1,6 +1,7 @@
 """Joining: a machine of another host shows a ticket and gets a certificate for a key that never leaves it.
 
-This module has both ends: the server in the cloud and the client on the machine.
+This module has both ends: the server in the cloud and the client on the machine. ``secret_joining`` has what differs
+for machines with a secret, which many share.
 
 Tickets are made by users who may write to the data folder of the cloud, its administrators; no request over the network
 can make one. They are valid once, for a limited time. The folder only contains a hash of each secret.
@@ -11,6 +12,7 @@ import base64
 import hashlib
 import logging
 import secrets
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import msgspec
@@ -24,7 +26,7 @@ from engine.protocols.tls_identity import stranger_context
 from engine.remote.authority import STANDBY, Authority, check_name
 from ppaas.clock import Clock, epoch
 from ppaas.decoding import from_json, from_msgpack
-from ppaas.errors import Conflict, InvalidInput, NotPermitted, PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -189,6 +191,40 @@ class NotJoined(msgspec.Struct, tag="not_joined"):
     refusal: Refusal
 
 
+class JoinBySecret(msgspec.Struct, tag="join_by_secret"):
+    """Request to join with a secret, which is not sent; ``nonce`` is a random number."""
+
+    machine: str
+    request: bytes
+    nonce: bytes
+
+
+class JoinChallenge(msgspec.Struct, tag="join_challenge"):
+    """The random number of the cloud."""
+
+    nonce: bytes
+
+
+class JoinProof(msgspec.Struct, tag="join_proof"):
+    """Proof of the machine that it has the secret."""
+
+    proof: bytes
+
+
+class JoinedBySecret(msgspec.Struct, tag="joined_by_secret"):
+    """Accepted, with the proof of the cloud that it has the secret."""
+
+    certificate: bytes
+    authority: bytes
+    proof: bytes
+
+
+FromStranger = Join | JoinBySecret | JoinProof
+
+ServeBySecret = Callable[[FrameStream[FromStranger], JoinBySecret, str], Awaitable[None]]
+"""Serves a connection that has begun with a request; the last argument is the address of the other host."""
+
+
 class JoinServer:
     """Issues certificates to machines that have a ticket.
 
@@ -200,21 +236,29 @@ class JoinServer:
         The unused tickets.
     taken : frozenset of str
         Names that machines of other hosts must not have.
+    by_secret : callable
+        Serves machines with a secret.
     """
 
-    def __init__(self, authority: Authority, tickets: Tickets, taken: frozenset[str]) -> None:
+    def __init__(self, authority: Authority, tickets: Tickets, taken: frozenset[str], by_secret: ServeBySecret) -> None:
         self._authority = authority
         self._tickets = tickets
         self._taken = taken
+        self._by_secret = by_secret
 
     async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a connection."""
-        stream: FrameStream[Join] = FrameStream(reader, writer, Join, most=MAX_JOIN)
+        stream: FrameStream[FromStranger] = FrameStream(reader, writer, FromStranger, most=MAX_JOIN)
         try:
             async with asyncio.timeout(PATIENCE):
                 request = await stream.receive()
-            if request is not None:
-                await stream.send(await asyncio.to_thread(self._answer, request))
+            match request:
+                case Join():
+                    await stream.send(await asyncio.to_thread(self._answer, request))
+                case JoinBySecret():
+                    await self._by_secret(stream, request, str(writer.get_extra_info("peername")[0]))
+                case JoinProof():
+                    raise MalformedMessage("it sent a proof before a request")
         except (PPaaSError, TimeoutError) as error:
             logger.warning("a client sent no valid request to join: %s", str(error) or "it timed out")
         finally:

@@ -21,8 +21,10 @@ from engine.protocols.sockets import ConnectionHandler, listen
 from engine.protocols.versions import OWN
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings, ContainerSettings, EndpointSettings
+from engine.remote.join_secrets import JoinSecrets
 from engine.remote.joining import JoinServer, Ticket, Tickets
 from engine.remote.masters import KnownMasters
+from engine.remote.secret_joining import SecretJoins
 from engine.remote.standbys import Standbys
 from ppaas import __version__
 from ppaas.decoding import from_json
@@ -165,11 +167,15 @@ class RemoteMachines:
         Settings of containers.
     serves : EndpointSettings
         Settings of endpoints.
+    join_secrets : JoinSecrets, optional
+        Secrets with which machines and standbys may join without a ticket.
+    masters : tuple of str
+        Addresses at which a master of this cloud may listen for machines.
 
     Raises
     ------
     InvalidInput
-        The folder cannot be used, or other hosts cannot reach the stores.
+        The folder or the secrets cannot be used, or other hosts cannot reach the stores.
     Unavailable
         The address does not belong to this host.
     """
@@ -185,6 +191,8 @@ class RemoteMachines:
         own: str,
         runs: ContainerSettings = ContainerSettings(),  # noqa: B008 - it is frozen
         serves: EndpointSettings = EndpointSettings(),  # noqa: B008 - it is frozen
+        join_secrets: JoinSecrets | None = None,
+        masters: tuple[str, ...] = (),
     ) -> None:
         for url in (store, map_store):
             check_reachable(url)
@@ -192,8 +200,11 @@ class RemoteMachines:
         self._authority = Authority(folder)
         self._address = address
         self._masters = KnownMasters(folder)
+        self._masters.note(masters)
         self._standbys = Standbys(folder.parent, self._masters, self._announce)
-        self._join_server = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
+        taken = frozenset((own,))
+        by_secret = SecretJoins(self._authority, join_secrets or JoinSecrets(), taken, self._is_connected)
+        self._join_server = JoinServer(self._authority, Tickets(folder / "tickets"), taken, by_secret.serve)
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
         self._settings = ClusterSettings(
@@ -242,6 +253,9 @@ class RemoteMachines:
             settings = msgspec.structs.replace(self._settings, epoch=mandate.epoch, masters=self._masters.texts())
             await stream.send(settings)
         await stream.close()
+
+    def _is_connected(self, machine: str) -> bool:
+        return self._control is not None and self._control.is_connected(machine)
 
     def _announce(self) -> None:
         if self._control is not None:

@@ -15,6 +15,7 @@ from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import Authority, Key, check_name, key_pem, new_key, request_pem
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.joining import Joined, read_ticket, request_certificate
+from engine.remote.secret_joining import join_masters
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
@@ -102,6 +103,36 @@ def membership_in(folder: Path) -> Membership:
     if known is None:
         raise NotFound("cloud of this machine (join with a ticket first)", str(folder))
     return Membership(folder, known.machine, TlsAddress(known.host, known.port))
+
+
+async def join_by_secret(folder: Path, file: Path, machine: str, masters: tuple[TlsAddress, ...]) -> Membership:
+    """Join with a secret. Does nothing if this machine has joined under the same name before.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the machine's key and certificates; created, private to this user, if it does not exist.
+    file : Path
+        File of join secrets.
+    machine : str
+        Name of the machine.
+    masters : tuple of TlsAddress
+        Addresses at which a master of the cloud may listen for machines.
+
+    Raises
+    ------
+    InvalidInput
+        The name or the secrets are invalid, or the folder cannot be used.
+    PPaaSError
+        The error of ``join_masters``.
+    """
+    check_name(machine)
+    known = _read(folder)
+    if known is None or known.machine != machine:
+        key = new_key()
+        joined, cloud = await join_masters(masters, file, machine, request_pem(key, machine))
+        _write(folder, key, joined, _MembershipFile(machine, cloud.host, cloud.port, ""))
+    return membership_in(folder)
 
 
 async def join(folder: Path, text: str, machine: str) -> Membership:

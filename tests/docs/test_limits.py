@@ -24,7 +24,7 @@ from engine.control.master_calls import server
 from engine.links import carried_session
 from engine.protocols import handshakes, sockets
 from engine.recorder import robot_recorder
-from engine.remote import joining, machines
+from engine.remote import join_secrets, joining, machines
 from ppaas.fleet.lane_placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pictures, yaml_keys
@@ -215,6 +215,13 @@ ROWS = {
     ("TLS", "time of the handshake"): [
         f"{tls.HANDSHAKE_SECONDS:g} s",
         f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port",
+    ],
+    ("port of machines", "wrong [join secrets](machines.md#join-secrets) of one address"): [
+        f"{join_secrets.MOST_WRONG} in {join_secrets.WRONG_PERIOD:g} s",
+    ],
+    ("port of machines", "file of join secrets"): [
+        size(join_secrets.MAX_FILE),
+        f"{join_secrets.MOST_SECRETS} secrets of {join_secrets.SHORTEST} to {join_secrets.LONGEST} characters",
     ],
     ("port of machines", "clients that join with a ticket"): [
         f"{machines.MAX_JOINING} at once",

@@ -27,11 +27,13 @@ from engine.remote.replica import MACHINES
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.maps.generate import office
 from robots.cli.command_parser import CommandParser
+from robots.cli.main import main
 from robots.client.rest import RestClient
 from storage.urls.opening import open_store
 from tests.support.cloud.cloud import publish_map
 from tests.support.cloud.up_process import Up
 from tests.support.network.ipv6 import needs_ipv6
+from tests.support.waiting import until
 from tests.support.world.places import free_pose, reachable_pose
 
 
@@ -162,6 +164,7 @@ def test_an_unwritable_ready_file_ends_the_cloud_with_a_reason(tmp_path: Path) -
 
 
 LISTEN = ("--listen-machines", "127.0.0.1:8600")
+SECRET, AWAY = ("--standby-secret-file",), ("--master", "127.0.0.1:1")
 NOBODY = Ticket("127.0.0.1", 1, "0" * 64, "secret", f"b{STANDBY}")
 
 
@@ -188,6 +191,8 @@ async def start(data: Path, *arguments: str) -> None:
         (("--standby", str(NOBODY)), InvalidInput, "give --listen-machines as well"),
         (("--standby", "nonsense", *LISTEN), InvalidInput, "not a ticket"),
         (("--standby", str(NOBODY), *LISTEN), Unavailable, "no answer at tls://127.0.0.1:1"),
+        (("--standby", *SECRET, "none", *LISTEN), InvalidInput, "--standby-secret-file needs --master"),
+        (("--standby", *SECRET, "none", *AWAY, *LISTEN), InvalidInput, "join secrets in none cannot be read"),
     ],
 )
 async def test_a_standby_that_cannot_take_over_says_why(
@@ -195,6 +200,30 @@ async def test_a_standby_that_cannot_take_over_says_why(
 ) -> None:
     with pytest.raises(error, match=why):
         await asyncio.wait_for(start(tmp_path, *arguments), 60.0)
+
+
+async def test_a_standby_with_a_secret_begins_a_cloud_that_nobody_has_led_but_no_other(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "secret").write_text("s" * 32)
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+    store = ("--store", f"sqlite:///{tmp_path / 'store.sqlite'}", "--map-store", f"file:///{tmp_path / 'maps'}")
+    words = ("--standby", *SECRET, str(tmp_path / "secret"), *AWAY, *LISTEN, *store)
+    await asyncio.wait_for(start(tmp_path / "first", *words), 60.0)
+    second = asyncio.create_task(start(tmp_path / "second", *words))
+    await until(lambda: "waiting for a master that has the files of the cloud" in caplog.text, 60.0)
+    assert not second.done(), "its machines know another authority"
+    second.cancel()
+    await asyncio.gather(second, return_exceptions=True)
+
+
+@pytest.mark.parametrize("option", ["--join-secret-file", "--standby-secret-file"])
+def test_secrets_without_a_port_for_machines_are_refused(
+    tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["up", "--data", str(tmp_path), option, "secret"]) == 1
+    assert f"{option} needs --listen-machines" in capsys.readouterr().err
 
 
 async def test_the_first_process_leads_at_once_and_the_next_one_after_it(tmp_path: Path) -> None:

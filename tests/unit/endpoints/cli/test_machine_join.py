@@ -33,6 +33,9 @@ def test_a_machine_that_has_not_joined_needs_a_ticket(tmp_path: Path, capsys: py
         ([TICKET, "--name", "m2"], "no answer at tls://127.0.0.1:1"),
         ([TICKET, "--endpoints", "2", "--port", "0"], "--port other than 0"),
         ([TICKET, "--endpoints", "2", "--tls-cert", "a.pem"], "--tls-key"),
+        (["--join-secret-file", "none"], "needs --master"),
+        (["--join-secret-file", "none", "--master", "127.0.0.1:1"], "join secrets in none cannot be read"),
+        (["--join-secret-file", "none", "--master", "127.0.0.1:1", "--name", "a/b"], "not a valid name"),
     ],
 )
 def test_a_failed_join_reports_the_reason_and_stores_nothing(
@@ -58,6 +61,7 @@ def test_join_reports_an_unreadable_membership_file(tmp_path: Path, capsys: pyte
         ["--endpoints", "1", "--advertise", "hall-2:8500"],
         ["--endpoints", "1", "--advertise", "ftp://hall-2"],
         ["--endpoints", "1", "--dead", "0.5"],
+        ["--master", "nowhere"],
     ],
 )
 def test_invalid_arguments_of_join_are_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:

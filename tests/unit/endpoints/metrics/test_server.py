@@ -12,6 +12,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from endpoints.metrics import collector as collecting
+from endpoints.metrics import server as serving_metrics
 from endpoints.metrics.collector import CloudCollector
 from endpoints.metrics.server import MOST_CLIENTS, serve_metrics
 from endpoints.metrics.snapshot import Snapshot
@@ -97,6 +98,28 @@ async def test_nothing_is_served_elsewhere(caplog: pytest.LogCaptureFixture) -> 
             await asyncio.to_thread(urllib.request.urlopen, f"http://{address}/v1/users")
         assert refused.value.read() == b"metrics are at /metrics\n"
         refused.value.close()
+
+
+async def question(address: str) -> int:
+    """Return the status of the answer to the question whether the process works."""
+    answer = await asyncio.to_thread(urllib.request.urlopen, f"http://{address}/alive")
+    answer.close()
+    return int(answer.status)
+
+
+async def test_a_process_whose_event_loop_answers_is_alive(caplog: pytest.LogCaptureFixture) -> None:
+    async with serving(caplog) as (address, _):
+        assert await question(address) == 200
+
+
+def test_an_event_loop_that_hangs_is_not_alive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(serving_metrics, "PATIENCE", 0.05)
+    loop = asyncio.new_event_loop()  # it does not run
+    try:
+        assert not serving_metrics.is_alive(loop)
+    finally:
+        loop.run_until_complete(asyncio.sleep(0))
+        loop.close()
 
 
 async def test_clients_beyond_the_limit_are_disconnected(caplog: pytest.LogCaptureFixture) -> None:

@@ -38,7 +38,7 @@ def test_the_names_of_a_setting() -> None:
         ("up.port", "whole number"), ("up.linger", "number"), ("up.host", "text"), ("up.data", "text"),
         ("up.standby", "true or false"), ("up.quota", "table"), ("machine.label", "table"),
         ("up.allow", "list of texts"), ("up.allow-origin", "list of texts"),
-        ("up.log-level", "one of debug, info, warning, error"),
+        ("up.log-level", "one of debug, info, warning, error"), ("up.metrics", "text"),
     ],
 )  # fmt: skip
 def test_the_type_is_the_one_that_the_parser_of_the_option_returns(key: str, type_name: str) -> None:
@@ -56,6 +56,8 @@ def test_the_type_is_the_one_that_the_parser_of_the_option_returns(key: str, typ
         ("up.quota", {"maps": 10.0, "cores": 0.5}, "maps=10, cores=0.5", [("maps", 10), ("cores", 0.5)]),
         ("up.trusted-proxy", ["10.0.0.0/8", "::1"], "10.0.0.0/8,::1", ["10.0.0.0/8", "::1"]),
         ("machine.label", {"hall": "2"}, "hall=2", [("hall", "2")]),
+        ("up.metrics", "0.0.0.0:9464", "0.0.0.0:9464", ("0.0.0.0", 9464)),
+        ("up.master", ["a:8510", "b:8510"], "a:8510,b:8510", ["a:8510", "b:8510"]),
     ],
 )
 def test_a_value_of_a_file_and_of_a_variable_is_read_as_the_option(key: str, given: Any, text: str, value: Any) -> None:
@@ -107,7 +109,7 @@ def test_passwords_are_hidden(url: str, shown: str) -> None:
         ("up.retention", [("audit", 30.0)], {"audit": 30.0}),
         ("up.data", Path("var"), "var"), ("up.quota", [("maps", 3)], {"maps": 3}), ("up.allow", ["a:b"], ["a:b"]),
         ("up.standby", "a ticket", True), ("up.standby", None, False), ("up.cores", None, None),
-        ("up.store", None, None),
+        ("up.store", None, None), ("up.metrics", ("127.0.0.1", 9464), "127.0.0.1:9464"),
     ],
 )  # fmt: skip
 def test_values_are_shown_as_json_has_them(key: str, value: Any, shown: Any) -> None:
