@@ -306,6 +306,10 @@ class RobotNavigation:
         for key in tuple(self._clients):
             self._leave(key)
 
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots, by user and id, are connected."""
+        return [view.connected for view in await self.views(robots)]
+
     async def views(self, robots: list[tuple[str, str]]) -> list[ReportedRobot]:
         """Return the states of some robots, by user and id, as their containers reported them last."""
         return [self._view(robot_key(user, robot)) for user, robot in robots]

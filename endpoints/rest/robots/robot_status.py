@@ -62,8 +62,11 @@ class RobotStatus(ResponseBody):
     pose: Triple | None = Field(None, description="Last estimated pose in the frame of its map; null without any")
 
 
-def status_of(view: ReportedRobot | None, access: Access) -> RobotStatus:
-    """Return the state of a robot as a caller may read it; without a view nothing is known."""
+def status_of(view: ReportedRobot | None, access: Access, stopped: str | None = None) -> RobotStatus:
+    """Return the state of a robot as a caller may read it; without a view nothing is known.
+
+    ``stopped`` are the stops that apply, in words.
+    """
     if view is None:
         return RobotStatus.model_validate({"connected": None})
     now, report = epoch(), view.report
@@ -74,7 +77,7 @@ def status_of(view: ReportedRobot | None, access: Access) -> RobotStatus:
         state=state,
         battery=report.battery if may_hear(access, _BATTERY) else None,
         seen_ago=_seen_ago(view, state, now),
-        task=_task(report, state) if may_read_goals else None,
+        task=_task(report, state, stopped) if may_read_goals else None,
         error=_error(report) if may_read_goals and may_read_faults else None,
         machine=view.machine or None,
         software=report.software or None,
@@ -98,8 +101,10 @@ def _seen_ago(view: ReportedRobot, state: PresentState, now: float) -> float | N
     return max(0.0, now - max(seen)) if seen else None
 
 
-def _task(report: StateReport, state: PresentState) -> str:
+def _task(report: StateReport, state: PresentState, stopped: str | None) -> str:
     """Return what a robot does: nothing while it is away, or has failed."""
+    if stopped:
+        return stopped[0].upper() + stopped[1:]
     if state in ("offline", "starting") or report.goal in _ERRORS:
         return ""
     if report.frontiers is not None:

@@ -149,7 +149,7 @@ async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[Ro
     return [
         RobotListed(
             **msgspec.structs.asdict(robot.record)
-            | status_of(view, robot.access).model_dump()
+            | status_of(view, robot.access, why).model_dump()
             | {"stopped": why}
             | _shown(robot)
         )

@@ -250,6 +250,10 @@ class MapCalls(Protocol):
 class RobotCalls(Protocol):
     """Robots of all users."""
 
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots are connected; called by endpoints of protocol 1 alone."""
+        ...
+
     async def views(self, robots: list[tuple[str, str]]) -> list[ReportedRobot]:
         """Return the states of some robots, by user and id, as their containers reported them last."""
         ...

@@ -17,8 +17,8 @@ COLUMNS = ("id", "state", "battery", "seen_ago", "task", "error", "map", "machin
 SHORT = COLUMNS[:6]
 """Columns that fit a terminal."""
 
-FILE = ("connected", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner")
-"""Columns of the robot files, and whether the robot is connected."""
+FILE = ("connected", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner", "stopped")
+"""Columns of the robot files, whether the robot is connected, and what stops it."""
 
 LONGEST = 40
 """Length to which a text is cut for a terminal [characters]."""

@@ -173,14 +173,17 @@ QUERIES = {
 }
 
 
-REVOKE = "/v1/tokens/x"
-"""Removed from the store later, if need be: the token is refused at once."""
+ELSEWHERE = (("DELETE", "/v1/tokens/x"), ("POST", "/v1/webhooks"))
+"""Do not ask the store first: a token is refused at once, and removed later if need be; the master checks targets."""
 
 
 def with_a_store() -> list[tuple[str, str]]:
     """Return the method and path of every operation that fails without a store."""
-    # The last one answers all the same. Without an identity provider, `oidc` asks nothing; see its own tests.
-    asks_no_store = ("machines", "endpoints", "containers", "models", "planners", "tickets", "audit", "oidc", "health")
+    # The last one answers all the same; the master knows what is retained. Without an identity provider, `oidc` asks nothing; see its own tests.
+    asks_no_store = (
+        "machines", "endpoints", "containers", "models", "planners", "tickets", "audit", "oidc", "retention",
+        "health",
+    )  # fmt: skip
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
     known |= {
         "node": "amcl",
@@ -191,14 +194,17 @@ def with_a_store() -> list[tuple[str, str]]:
         "recording_id": "x",
         "robot": "tb1",
         "task_id": "t1",
+        "webhook_id": "w1",
+        "delivery_id": "d1",
     }
     return [
         (method.upper(), path.format(**known))
         for path, method, _ in operations()
-        if path.split("/")[2] not in asks_no_store and (method.upper(), path.format(**known)) != ("DELETE", REVOKE)
+        if path.split("/")[2] not in asks_no_store and (method.upper(), path.format(**known)) not in ELSEWHERE
     ]
 
 
+STOP = {"reason": "a pallet fell"}
 BODIES: dict[str, object] = {
     "/v1/tokens": {"user": "ann", "password": PASSWORD},
     "/v1/users": {"id": "bob", "password": PASSWORD},
@@ -223,6 +229,12 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/tasks": {"kind": "go_to", "places": [[1, 1]]},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
+    "/v1/stop": STOP,
+    "/v1/release": STOP,
+    "/v1/maps/house/stop": STOP,
+    "/v1/maps/house/release": STOP,
+    "/v1/webhooks": {"url": "https://example.org", "events": ["*"]},
+    "/v1/webhooks/w1": {"state": "paused"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
     "/v1/maps/house/fleet_plans": {"starts": [[0, 0]], "goals": [[1, 1]], "radius": 0.2},
 }

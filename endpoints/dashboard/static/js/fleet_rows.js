@@ -1,7 +1,6 @@
 /** Rows of the table of all robots: what the cloud says of each, sorted, searched, and cut to what is visible. */
 
 import { duration, number } from "./format.js";
-import { sentence } from "./robot_list.js";
 
 /** Rows above and below the visible ones, so that none is missing while one scrolls. */
 const BESIDE = 8;
@@ -24,10 +23,10 @@ function seen(age) {
 }
 
 /** The row of a robot. @param {object} robot as `GET /v1/robots` has it @returns {Row} */
-export function rowOf({ id, map, state, battery, seen_ago: ago, task, error, machine, software, stopped }) {
+export function rowOf({ id, map, state, battery, seen_ago: ago, task, error, machine, software }) {
   const age = ago ?? Infinity;
   return {
-    id, map, state: state ?? "unknown", task: stopped ? sentence(stopped) : task ?? "", error: error ?? "", age, seen: seen(age),
+    id, map, state: state ?? "unknown", task: task ?? "", error: error ?? "", age, seen: seen(age),
     charge: battery ?? NaN, battery: battery === null || battery === undefined ? "" : `${number(100 * battery, 0)} %`,
     machine: machine ?? "", software: software ?? "unknown",
   };

@@ -10,13 +10,13 @@ export const PRESENCE = { offline: "offline", starting: "starting", silent: "no 
 const BESIDE_DRIVING = { 0: "Its goal waits to begin", 6: "Stopping", 7: "Stopping" };
 
 /** @param {string} text */
-export function sentence(text) {
+function sentence(text) {
   return text[0].toUpperCase() + text.slice(1);
 }
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
 export function doing({ presence, waits, connected, held, state, listed, robot }) {
-  if (listed && presence !== "offline") return robot.error || (robot.stopped && sentence(robot.stopped)) || robot.task || PRESENCE[presence];
+  if (listed && presence !== "offline") return robot.error || robot.task || PRESENCE[presence];
   if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return connected ? "No pose of it comes" : "This page has no connection to it";

@@ -29,7 +29,7 @@ class OtherMachines:
 @contextlib.asynccontextmanager
 async def running(folder: Path, script: str = RUN, *, restarts: bool = False) -> AsyncIterator[JoinedMachine]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(joining, "MACHINE", (sys.executable, "-c", f"import signal, sys, time; {script}"))
+        patch.setattr(joining, "MACHINE", ("-c", f"import signal, sys, time; {script}"))
         patch.setattr(joining, "RESTART", 0.0)
         machine = await JoinedMachine.start("m2", folder, "TICKET", restarts=restarts)
         try:

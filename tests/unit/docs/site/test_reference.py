@@ -59,7 +59,7 @@ def test_each_setting_and_each_other_variable_has_a_row() -> None:
 
 def test_arguments_that_are_not_options_are_in_the_usage() -> None:
     assert "`ppaas map publish " in section("ppaas map publish")
-    assert "`ppaas login user [OPTION ...]`" in section("ppaas login").replace("USER", "user")
+    assert "`ppaas login [user] [OPTION ...]`" in section("ppaas login").replace("USER", "user")
 
 
 def test_a_cell_is_one_line_and_keeps_its_bars() -> None:

@@ -18,6 +18,7 @@ from endpoints.http.problems import MAX_ADDRESSES, PER_SECOND, QUEUE_RETRY, STAT
 from endpoints.resources.services import Services
 from endpoints.rest import openapi
 from endpoints.rest.schemas import Problem
+from endpoints.rest.users import oidc
 from ppaas import errors
 from ppaas.clock import ManualClock
 from tests.support.endpoints.fake_cloud import FakeCloud
@@ -184,7 +185,10 @@ def test_openapi_describes_operations_and_declares_problems(services: Services) 
             Problem.model_validate(content["example"])
     assert {"Problem", "Fault"} <= set(described["components"]["schemas"])
     open_to_all = {key for key, operation in operations.items() if "security" not in operation}
-    assert open_to_all == {("post", "/v1/tokens"), ("get", "/v1/health"), ("get", "/v1/health/ready")}
+    logins = {("post", f"/v1{path}") for path in oidc.PATHS}
+    assert open_to_all == {
+        ("post", "/v1/tokens"), ("get", "/v1/health"), ("get", "/v1/health/ready"), ("get", "/v1/oidc"), *logins,
+    }  # fmt: skip
     form = operations["post", "/v1/maps"]["requestBody"]["content"]["multipart/form-data"]["schema"]
     assert form["required"] == ["id"]
     assert {"yaml", "image", "octomap"} <= set(form["properties"])

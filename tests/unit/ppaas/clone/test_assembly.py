@@ -37,7 +37,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "move_base/local_costmap/costmap", "local_costmap/published_footprint", "move_base/local_costmap/footprint",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
         "move_base/result", "move_base/current_goal", "goal_update", "move_base/goal_update", "robots", "people",
-        "people_coordinator/state", "speed_limit", "teleop_cmd", "teleop_state", "follow_waypoints/goal",
+        "people_coordinator/state", "speed_limit", "stop/state", "teleop_cmd", "teleop_state", "follow_waypoints/goal",
         "follow_waypoints/cancel",
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
         "tf2_web_republisher/cancel", "tf2_web_republisher/status", "tf2_web_republisher/feedback",

@@ -18,7 +18,7 @@ async def test_a_robot_is_stopped_listed_and_released(ppaas: CommandLine) -> Non
     assert (await ppaas("stop")).out == "nothing is stopped\n"
     assert (await ppaas("stop", "tb1", "--reason", "smoke")).rows[1][:4] == ["ann", "robot", "tb1", "ann"]
     assert "smoke" in (await ppaas("stop")).out
-    assert "smoke" in (await ppaas("robot", "list")).out
+    assert "smoke" in (await ppaas("robot", "list", "--wide")).out
     released = json.loads((await ppaas("release", "tb1", "--json")).out)
     assert [stop["reason"] for stop in released["released"]] == ["smoke"]
     assert (await ppaas("release", "tb1")).out == "nothing was stopped\n"
