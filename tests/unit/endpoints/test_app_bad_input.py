@@ -179,7 +179,8 @@ ELSEWHERE = (("DELETE", "/v1/tokens/x"), ("POST", "/v1/webhooks"))
 
 def with_a_store() -> list[tuple[str, str]]:
     """Return the method and path of every operation that fails without a store."""
-    # The last one answers all the same; the master knows what is retained. Without an identity provider, `oidc` asks nothing; see its own tests.
+    # The last one answers all the same, and the master knows what is retained. Without an identity provider, `oidc`
+    # asks nothing; see its own tests.
     asks_no_store = (
         "machines", "endpoints", "containers", "models", "planners", "tickets", "audit", "oidc", "retention",
         "health",
