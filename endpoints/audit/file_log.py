@@ -177,26 +177,33 @@ class FileAuditLog:
         Unavailable
             The files cannot be read.
         """
-        stored = threading.Event()
-        self._queue.put(stored)
-        stored.wait(FLUSH_TIMEOUT)
+        self._wait_until_stored()
         try:
             return self._files.read(query, before=before, limit=limit)
         except OSError as error:
             raise Unavailable(f"the audit log cannot be read: {error}") from error
 
     def expire(self, before: float, *, dry_run: bool = False) -> int:
-        """Remove the events before a time [s since the epoch]; see ``AuditFiles.expire``.
+        """Remove the events before a time [s since the epoch], after those that were recorded until now are stored.
+
+        See ``AuditFiles.expire``.
 
         Raises
         ------
         Unavailable
             The files cannot be read or written.
         """
+        self._wait_until_stored()
         try:
             return self._files.expire(before, dry_run=dry_run)
         except OSError as error:
             raise Unavailable(f"the audit log cannot be written: {error}") from error
+
+    def _wait_until_stored(self) -> None:
+        """Wait until all events that were recorded until now are stored, or for `FLUSH_TIMEOUT`."""
+        stored = threading.Event()
+        self._queue.put(stored)
+        stored.wait(FLUSH_TIMEOUT)
 
     def close(self) -> None:
         """Store the last events, and end the thread."""

@@ -128,6 +128,7 @@ from endpoints.accounts.shared_logins import LocalLogins
 from endpoints.accounts.tokens import token_id
 from ppaas.errors import Unavailable
 from storage.disk_space import SLOT, SLOTS, RefusedTokenFile
+from storage.records import Token
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import robot
 
@@ -135,13 +136,17 @@ async def main(folder):
     file, store = RefusedTokenFile(folder), SqliteStore(folder / "store.sqlite")
     file.open()
     accounts = Accounts(store, logins=LocalLogins(file=file))
-    await accounts.register("ann", "correct horse")
+    for user in ("ann", "bob"):
+        await accounts.register(user, "correct horse")
     print(token := await accounts.login("ann", "correct horse"))
     resource.setrlimit(resource.RLIMIT_FSIZE, (SLOT * SLOTS, SLOT * SLOTS))  # what there is can be written in place
     for size in (20_000, 1):
         with suppress(Unavailable):
             for number in range(10_000):
                 store.put_robot(robot(f"p{number}", description=size * "x"))
+    with suppress(Unavailable):
+        for number in range(10_000):  # the room that is too small for a robot
+            store.add_token(Token(f"t{number}", "bob", 1e12))
     await accounts.revoke("ann", token_id(token))
     print("acknowledged", token_id(token) in [one.hash for one in store.tokens("ann")], flush=True)
 
