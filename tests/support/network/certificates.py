@@ -27,7 +27,7 @@ class TestAuthority:
         key = authority.new_key()
         address = x509.IPAddress(ipaddress.ip_address("127.0.0.1"))
         hosts = x509.SubjectAlternativeName([x509.DNSName("localhost"), address])
-        builder = authority._begin(name, "authority of a test", key.public_key(), self._key, ca=False)
+        builder = authority._begin(authority._named(name), "authority of a test", key.public_key(), self._key, ca=False)
         made = builder.add_extension(hosts, critical=False).sign(self._key, hashes.SHA256())
         files = self._folder / f"{name}.pem", self._folder / f"{name}.key"
         files[0].write_bytes(made.public_bytes(Encoding.PEM))
