@@ -12,6 +12,7 @@ from endpoints.accounts.user_lookup import find_user
 from endpoints.accounts.user_turns import UserTurns, in_turn
 from ppaas.clock import Clock
 from ppaas.errors import Conflict, NotAuthenticated, NotFound
+from storage.migration.copying import one_by_one
 from storage.ports import UserStore
 from storage.records import Role, User
 from storage.sharing_records import ProvidedIdentity
@@ -152,7 +153,4 @@ class Identities:
         return next((user for user in self._users() if user.identity == identity), None)
 
     def _users(self) -> Iterator[User]:
-        after = ""
-        while page := self._store.users(after=after, limit=PAGE):
-            yield from page
-            after = page[-1].id
+        return one_by_one(lambda last: self._store.users(after=last, limit=PAGE), "", lambda user: user.id)

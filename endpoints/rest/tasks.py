@@ -31,6 +31,7 @@ from ppaas.tasks.records import (
     TaskState,
     check_task,
 )
+from storage.migration.copying import one_by_one
 from storage.ports import TaskStore
 from storage.records import MapTask
 
@@ -230,6 +231,6 @@ def _page(store: TaskStore, group: tuple[str, str], after: str, paging: TaskPagi
 
 
 def _read(store: TaskStore, group: tuple[str, str], after: str) -> Iterator[MapTask]:
-    while records := store.tasks(*group, after=after, limit=READ_AT_ONCE):
-        yield from records
-        after = records[-1].task.id
+    return one_by_one(
+        lambda last: store.tasks(*group, after=last, limit=READ_AT_ONCE), after, lambda record: record.task.id
+    )

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 from engine.control.tasks.group import KEPT_FOR, obsolete
 from ppaas.tasks.records import Task
+from storage.migration.copying import one_by_one
 from storage.people import BEFORE_ALL, HOUR, PeopleCount
 from storage.ports import Store
 from storage.recordings import RecordingsFolder
@@ -77,10 +78,11 @@ def _people(kept: Kept, expiry: Expiry) -> int:
 
 
 def _counts(store: Store, user: str, map_id: str) -> Iterator[PeopleCount]:
-    after = BEFORE_ALL
-    while page := store.people_counts(user, map_id, after=after, limit=READ_AT_ONCE):
-        yield from page
-        after = page[-1].hour, page[-1].zone
+    return one_by_one(
+        lambda last: store.people_counts(user, map_id, after=last, limit=READ_AT_ONCE),
+        BEFORE_ALL,
+        lambda count: (count.hour, count.zone),
+    )
 
 
 def _plans(kept: Kept, expiry: Expiry) -> int:

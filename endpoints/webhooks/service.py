@@ -19,6 +19,7 @@ from engine.processes.occasional_log import OccasionalLog
 from engine.rights.globs import matches
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, NotFound, Unavailable
+from storage.migration.copying import one_by_one
 from storage.ports import Store
 from storage.webhooks.records import Webhook, WebhookDelivery
 
@@ -275,15 +276,20 @@ class Webhooks:
 
 def _stored(store: Store, user: str) -> list[_Stored]:
     """Return the webhooks of a user with their deliveries. Blocks."""
-    found = []
-    for hook in store.webhooks(user):
-        stored, after = _Stored(hook, [], []), ""
-        while page := store.deliveries(*hook.key, after=after, limit=READ_AT_ONCE):
-            after = page[-1].id
-            stored.waiting.extend((one.due, one.id) for one in page if one.state == "waiting")
-            stored.dead.extend(one.id for one in page if one.state == "dead")
-        found.append(stored)
-    return found
+    return [_stored_of(store, hook) for hook in store.webhooks(user)]
+
+
+def _stored_of(store: Store, hook: Webhook) -> _Stored:
+    stored = _Stored(hook, [], [])
+    deliveries = one_by_one(
+        lambda last: store.deliveries(*hook.key, after=last, limit=READ_AT_ONCE), "", lambda delivery: delivery.id
+    )
+    for delivery in deliveries:
+        if delivery.state == "waiting":
+            stored.waiting.append((delivery.due, delivery.id))
+        elif delivery.state == "dead":
+            stored.dead.append(delivery.id)
+    return stored
 
 
 def _wants_goals(hook: Webhook) -> bool:

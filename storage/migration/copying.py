@@ -7,6 +7,7 @@ migration continues when it is started again, and a repeated one copies nothing.
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, Generic, TypeVar
 
 import msgspec
@@ -200,6 +201,11 @@ def by_pages(ask: Callable[[Any], list[R]], first: Any, key: Callable[[R], Any])
     while page := ask(last):
         yield page
         last = key(page[-1])
+
+
+def one_by_one(ask: Callable[[Any], list[R]], first: Any, key: Callable[[R], Any]) -> Iterator[R]:
+    """Yield a list of a store item by item; see `by_pages`."""
+    return chain.from_iterable(by_pages(ask, first, key))
 
 
 def each(read: Callable[[S, Key], R]) -> Callable[[S, Sequence[Key]], dict[Key, R]]:

@@ -19,6 +19,7 @@ from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
 from endpoints.rest.people.schemas import CountAnswer
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
+from storage.migration.copying import one_by_one
 from storage.people import BEFORE_ALL, HOUR, LAST_HOUR, PeopleCount
 from storage.ports import Store
 
@@ -101,6 +102,6 @@ def _rows(store: Store, key: tuple[str, str], after: tuple[int, str], paging: Hi
 
 
 def _read(store: Store, key: tuple[str, str], after: tuple[int, str]) -> Iterator[PeopleCount]:
-    while rows := store.people_counts(*key, after=after, limit=READ_AT_ONCE):
-        yield from rows
-        after = rows[-1].hour, rows[-1].zone
+    return one_by_one(
+        lambda last: store.people_counts(*key, after=last, limit=READ_AT_ONCE), after, lambda row: (row.hour, row.zone)
+    )

@@ -17,6 +17,7 @@ from endpoints.rest.webhooks.schemas import DeliveryAnswer, ReplayAnswer
 from endpoints.rest.webhooks.webhooks import WebhookId, told
 from ppaas.clock import epoch
 from ppaas.errors import Conflict
+from storage.migration.copying import one_by_one
 from storage.ports import Store
 from storage.webhooks.records import DeliveryState, WebhookDelivery
 
@@ -117,6 +118,6 @@ def _page(store: Store, key: tuple[str, str], after: str, paging: DeliveryPaging
 
 
 def _read(store: Store, key: tuple[str, str], after: str) -> Iterator[WebhookDelivery]:
-    while page := store.deliveries(*key, after=after, limit=READ_AT_ONCE):
-        yield from page
-        after = page[-1].id
+    return one_by_one(
+        lambda last: store.deliveries(*key, after=last, limit=READ_AT_ONCE), after, lambda record: record.id
+    )
