@@ -1,4 +1,4 @@
-"""Finds the processes of a cloud and its machines by their folder for temporary files, and what they leave behind."""
+"""Processes of a cloud and its machines, found by their temporary folder, and files that they left behind."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -40,7 +40,7 @@ PATIENCE = 10.0
 """Time limit of a sample [s]."""
 
 FRAME = 250
-"""Size of the frames of the echo, about that of a command [bytes]."""
+"""Size of an echoed frame, about the size of a command [bytes]."""
 
 
 async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:

@@ -62,7 +62,7 @@ class UpgradeReport(msgspec.Struct, frozen=True):
 
     @property
     def passed(self) -> bool:
-        """Whether no goal was lost, nothing was wrong, and every robot was served without a long break."""
+        """Whether the upgrade passed: no goal lost, no fault found, and no robot without service for long."""
         return not (self.lost or self.wrong) and max(step.silence for step in self.steps) <= BAR
 
     def rows(self) -> list[dict[str, str]]:

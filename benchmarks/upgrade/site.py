@@ -31,7 +31,7 @@ LATEST_KILL = 3.0
 """Latest time after the begin of the drain of a machine at which the machine is killed [s]."""
 
 ELSEWHERE = {"PYTHONSAFEPATH": "1"}
-"""Environment of all processes: a release runs the modules that are installed with it, not those of this folder."""
+"""Environment of all processes: a release imports its installed modules, not the modules of the current folder."""
 
 
 class UpgradedSite:
