@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from engine.links.control_server import ControlServer
@@ -115,7 +116,8 @@ async def test_machine_exits_if_it_speaks_no_protocol_of_the_cloud(
     # A machine keeps its temporary files in its own folder; later tests must not.
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("engine.remote.machines.OWN", Protocols(8, 9))
+    other = msgspec.structs.replace(cloud.far._settings, protocols=Protocols(8, 9))
+    monkeypatch.setattr(cloud.far, "_settings", other)
     with pytest.raises(Conflict, match=r"the cloud runs release .* with protocols 8 to 9.*upgrade this process first"):
         await stay(membership, MachineOptions())
 
