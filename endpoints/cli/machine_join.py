@@ -1,7 +1,6 @@
 """``ppaas machine join``: make this host a machine of a cloud on another one."""
 
 import argparse
-import asyncio
 import logging
 import os
 import socket
@@ -73,6 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
     front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here: ``ppaas --help`` loads this module.
+    import asyncio  # noqa: PLC0415
+
     from endpoints.cli.settings_tree import MACHINE, settled  # noqa: PLC0415 - it imports this module
     from engine.remote import agent  # noqa: PLC0415
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
@@ -92,6 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 async def _join_by_secret(folder: Path, arguments: argparse.Namespace) -> None:
     """Join with a secret; wait for a master, as it may start after this machine."""
+    import asyncio  # noqa: PLC0415
+
     from engine.protocols.address import parse_host_port  # noqa: PLC0415
     from engine.remote.masters import KnownMasters  # noqa: PLC0415
     from engine.remote.membership import join_by_secret  # noqa: PLC0415
