@@ -34,6 +34,7 @@ from engine.control.master_calls.interface import RequestCounts
 from engine.control.master_calls.server import SOCKET
 from engine.leadership.leadership import MASTER
 from engine.processes.background import cancel_all, run_unless_stopped, stop_on_signals
+from engine.processes.imports import without_collection
 from engine.processes.run_dir import add_owner
 from engine.protocols.address import UnixAddress, parse_host_port
 from ppaas.errors import PPaaSError
@@ -82,7 +83,8 @@ async def _serve(config: EndpointConfig, far: "JoinedEndpoint | None", stop: asy
     permit_only(config.allowed)
     async with contextlib.AsyncExitStack() as stack:
         linked: list[asyncio.Task[None]] = []  # ends after the services, whose last words are for the master
-        web, endpoint = await _composed(config, far, stack, linked)
+        with without_collection():
+            web, endpoint = await _composed(config, far, stack, linked)
         linked.append(asyncio.create_task(endpoint.run(config.orphaned)))
         serving, stopping = asyncio.create_task(_listen(config.front, web, stack)), asyncio.create_task(_until(stop))
         try:

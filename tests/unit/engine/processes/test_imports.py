@@ -2,13 +2,15 @@ import gc
 
 import pytest
 
-from engine.processes.imports import without_collection
+from engine.processes.imports import YOUNG_OBJECTS, without_collection
 
 
 @pytest.fixture(autouse=True)
-def unfrozen():
+def unchanged():
+    thresholds = gc.get_threshold()
     yield
     gc.unfreeze()
+    gc.set_threshold(*thresholds)
 
 
 def test_garbage_is_not_collected_while_modules_are_imported():
@@ -16,6 +18,7 @@ def test_garbage_is_not_collected_while_modules_are_imported():
         assert not gc.isenabled()
     assert gc.isenabled()
     assert gc.get_freeze_count() > 1000
+    assert gc.get_threshold()[0] == YOUNG_OBJECTS
 
 
 def test_garbage_is_collected_again_after_a_failed_import():
