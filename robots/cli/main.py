@@ -80,11 +80,13 @@ def parser_of(arguments: list[str]) -> CommandParser:
     parser = CommandParser("ppaas", description="Path Planning as a Service: the cloud that plans and drives.")
     parser.add_argument("--version", action="version", version=f"ppaas {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    listed = arguments[:1] in (["-h"], ["--help"])  # shows names and helps alone; all options would take half its time
     # Import only the command that is called; ``--help`` imports all.
     for name, module in installed(subparsers, entry_points(group=GROUP), arguments):
         command = subparsers.add_parser(module.NAME, help=module.HELP, description=module.HELP)
         command.words = arguments[1:] if name in arguments[:1] else None
-        module.configure(command)
+        if not listed:
+            module.configure(command)
         command.default_verb = getattr(module, "DEFAULT_VERB", None)
         command.set_defaults(run=module.run)
     return parser

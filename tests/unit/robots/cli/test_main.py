@@ -45,6 +45,15 @@ def install(monkeypatch: pytest.MonkeyPatch):
     return put
 
 
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_the_help_adds_no_options_of_commands(install, capsys, option: str):
+    install(do=command(configure=lambda _parser: pytest.fail("adds its options")))
+    with pytest.raises(SystemExit) as end:
+        main.main([option])
+    assert end.value.code == 0
+    assert "do it" in capsys.readouterr().out
+
+
 def test_the_help_lists_every_command(capsys):
     with pytest.raises(SystemExit) as end:
         main.main(["--help"])
