@@ -12,7 +12,7 @@ from typing import Any, Self
 from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.front import Front
-from benchmarks.harness.joining import BLINK, RESTART, JoinedMachine, ticket_of
+from benchmarks.harness.joining import BLINK, INSTALLED, RESTART, JoinedMachine, ticket_of
 from engine.remote.replica import LAST
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
@@ -30,9 +30,6 @@ STANDS_BY = 4.0
 LATEST_KILL = 3.0
 """Latest time after the begin of the drain of a machine, or of the start of a process, at which it is killed [s]."""
 
-ELSEWHERE = {"PYTHONSAFEPATH": "1"}
-"""Environment of all processes: a release imports its installed modules, not the modules of the current folder."""
-
 
 class UpgradedSite:
     """A cloud of one release, whose processes are upgraded to another one after another.
@@ -49,10 +46,10 @@ class UpgradedSite:
     def __init__(self, before: str, after: str, kills: Random | None) -> None:
         self._before, self._after, self._kills = before, after, kills
         self._ports = free_ports(2)
-        self._leader = CloudProcess(environment=ELSEWHERE)
+        self._leader = CloudProcess(environment=INSTALLED)
         folder = self._leader.folder / "standby" / "t"
         folder.mkdir(parents=True)
-        self._standby = CloudProcess(environment=ELSEWHERE, folder=folder)
+        self._standby = CloudProcess(environment=INSTALLED, folder=folder)
         for cloud, port in zip((self._leader, self._standby), self._ports, strict=True):
             cloud.arguments, cloud.python = self._arguments(port), before
         ports = free_ports(len(MACHINES))

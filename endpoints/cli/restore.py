@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if good else 1
 
 
-def _show(rows: Sequence[dict[str, Any]], missing: Mapping[str, Sequence[Any]]) -> None:
+def _show(rows: list[dict[str, Any]], missing: Mapping[str, Sequence[Any]]) -> None:
     show(rows, as_json=False)
     for kind, keys in missing.items():
         sys.stdout.write(f"left out, since what they belong to is not in the backup: {kind} {keys}\n")

@@ -65,12 +65,11 @@ class Retention:
 
     async def views(self) -> list[RetentionView]:
         """Return for how long each kind of data is kept."""
-        return [
-            RetentionView(
-                name, kind.text, self._days.get(name), *self._last.get(name, (None, None)), self._gigabytes.get(name)
-            )
-            for name, kind in KINDS.items()
-        ]
+        return [self._view(name, kind.text) for name, kind in KINDS.items()]
+
+    def _view(self, name: str, text: str) -> RetentionView:
+        last_run, removed = self._last.get(name, (None, None))
+        return RetentionView(name, text, self._days.get(name), last_run, removed, self._gigabytes.get(name))
 
     async def expire(self, dry_run: bool) -> list[ExpiredData]:
         """Remove what has expired, or only count it; return what it is."""
