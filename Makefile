@@ -172,7 +172,7 @@ upgrade: $(INSTALLED) ## Upgrade a cloud from the revision or wheel FROM to this
 	$(BIN)/uv venv --quiet --python $(BIN)/python build/upgrade/venv
 	$(BIN)/uv pip install --quiet --python build/upgrade/venv/bin/python --constraint deploy/requirements.lock \
 		"ppaas-cloud[cloud] @ file://$(if $(filter %.whl,$(FROM)),$(abspath $(FROM)),$(CURDIR)/build/upgrade/source)"
-	build/upgrade/venv/bin/ppaas warm
+	PYTHONSAFEPATH=1 build/upgrade/venv/bin/ppaas warm
 	$(BIN)/ppaas bench upgrade --from build/upgrade/venv/bin/python $(BENCH_ARGS)
 
 performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them

@@ -7,6 +7,7 @@
     USER/ROBOT/ring/1795732902000000000.mcap   segment of the ring, by its begin [ns since the epoch]
 """
 
+import math
 import re
 import shutil
 from collections.abc import Iterator
@@ -18,8 +19,14 @@ from ppaas.errors import NotFound
 from storage.names import check_name
 from storage.store_errors import disk_errors
 
+RECORDINGS = "recordings"
+"""Name of the folder of the recordings of robots in a data folder."""
+
 FINISHED, PARTIAL, RING = ".mcap", ".partial", "ring"
 """Endings of recordings that are complete and that are not, and the name of the folder of the ring."""
+
+WRITTEN_NOW = 60.0
+"""Time since the last write within which a file may be of a recording in progress [s]."""
 
 _ID = re.compile(r"[0-9]{8}T[0-9]{6}Z(-[0-9]{1,3})?")
 
@@ -116,6 +123,10 @@ class RecordingsFolder:
                 total += path.stat().st_size if path.is_file() else 0
         return total
 
+    def finished(self) -> list[Path]:
+        """Return the files of all complete recordings, sorted; rings and recordings in progress are not among them."""
+        return sorted(path for path in self.path.glob(f"*/*/*{FINISHED}") if is_recording_id(path.stem))
+
     def remove_recording(self, user: str, robot: str, id: str) -> None:  # noqa: A002
         """Remove a recording; raises as ``recording``."""
         path = self.recording(user, robot, id).path
@@ -134,22 +145,36 @@ class RecordingsFolder:
         """Remove all recordings of a user."""
         self._remove(self.path / check_name("user", user))
 
-    def expire(self, before: float, *, dry_run: bool = False) -> int:
-        """Remove the recordings and segments that were written last before a time [s since the epoch].
+    def expire(self, before: float, *, most: float = math.inf, now: float = math.inf, dry_run: bool = False) -> int:
+        """Remove old recordings and segments, oldest first by their last write.
+
+        Parameters
+        ----------
+        before : float
+            What was written last before this time is removed [s since the epoch].
+        most : float
+            Size that the rest may have [bytes]. What was written within `WRITTEN_NOW` counts, and is not removed.
+        now : float
+            Time [s since the epoch].
+        dry_run : bool
+            Whether nothing is removed.
 
         Returns
         -------
         int
-            Their number. With ``dry_run`` nothing is removed.
+            Number that was removed.
         """
-        removed = 0
-        for path in sorted(self.path.rglob("*")):
-            stored = _stored(path) if path.suffix in (FINISHED, PARTIAL) and path.is_file() else None
-            if stored is not None and stored.changed < before:
-                removed += 1
-                if not dry_run:
-                    with disk_errors(path):
-                        path.unlink(missing_ok=True)
+        paths = (path for path in self.path.rglob("*") if path.suffix in (FINISHED, PARTIAL) and path.is_file())
+        found = [stored for path in paths if (stored := _stored(path)) is not None]
+        left, removed = sum(stored.size for stored in found), 0
+        for stored in sorted(found, key=lambda one: (one.changed, one.path)):
+            if stored.changed >= before and (left <= most or stored.changed > now - WRITTEN_NOW):
+                break
+            left -= stored.size
+            removed += 1
+            if not dry_run:
+                with disk_errors(stored.path):
+                    stored.path.unlink(missing_ok=True)
         return removed
 
     @staticmethod

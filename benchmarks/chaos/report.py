@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import msgspec
 
@@ -119,7 +120,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
         """Whether no error was found."""
         return not self.wrong
 
-    def rows(self) -> list[dict[str, object]]:
+    def rows(self) -> list[dict[str, Any]]:
         """Return a row for each kind of fault."""
         names = sorted({*self.faults, *self.longest_gap_s, *self.longest_silence_s})
         return [

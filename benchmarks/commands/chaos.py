@@ -7,7 +7,6 @@ from ppaas.bounded import above_zero, whole
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.benches import Measured
-from robots.cli.output import table
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -59,9 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Run the bench; the exit status is 1 if it found errors."""
-    import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this
-
-    from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415
+    from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     if not arguments.robots + arguments.fleet:
         raise InvalidInput("there must be at least one robot: give --robots or --fleet")
@@ -76,7 +73,4 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         fleet=arguments.fleet,
         throttled=arguments.throttled,
     )
-    report = event_loop.run(run(options, progress))
-    rows = report.rows()
-    text = "\n".join([*(table(rows, tuple(rows[0])) if rows else ()), *report.sentences()])
-    return Measured(msgspec.to_builtins(report), text=text, status=0 if report.passed else 1)
+    return Measured.of(event_loop.run(run(options, progress)))

@@ -52,6 +52,10 @@ async def joined_machines(rest: RestClient) -> list[str]:
     return [view["id"] for view in await rest.items("/v1/machines") if view["state"] != "starting"]
 
 
+INSTALLED = {"PYTHONSAFEPATH": "1"}
+"""Environment of processes that import the modules of their interpreter, and not those of the current folder."""
+
+
 class JoinedMachine:
     """The process of a machine, which becomes its agent.
 
@@ -162,6 +166,7 @@ async def _join(name: str, folder: Path, options: Sequence[str], python: str, ti
     with (folder / "log").open("ab") as log:
         return await asyncio.create_subprocess_exec(
             python, *MACHINE, "join", *shown, "--name", name, "--data", str(folder / "data"), *options,
-            stdin=DEVNULL, stdout=log, stderr=log, env=os.environ | {"TMPDIR": str(folder / "t")},
+            stdin=DEVNULL, stdout=log, stderr=log,
+            env=os.environ | INSTALLED | {"TMPDIR": str(folder / "t")},
             start_new_session=True,
         )  # fmt: skip

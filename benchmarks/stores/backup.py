@@ -1,25 +1,37 @@
-"""``ppaas bench backup``: times of a backup, of the next one, and of a restoration, beside tar of the same files."""
+"""``ppaas bench backup``: times of a backup, of the next one, and of a restoration, beside tar of the same files.
+
+A backup and a restoration are killed at random moments, too, and robots drive while their cloud is backed up.
+"""
 
 import argparse
 import os
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from itertools import islice
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING
 
 from ppaas.bounded import whole
 from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
 from robots import cli
+from robots.cli import event_loop
 from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "a backup of many plans and large maps, the next one, and its restoration, beside tar of the same files"
+    from benchmarks.stores.backup_robots import DrivenBackups
+
+HELP = (
+    "backups of many plans and large maps, killed ones, restorations, beside tar of the same files; and driving robots"
+)
 
 SIDE = 8192
 """Width and height of a map [cells]."""
@@ -34,28 +46,55 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--plans", type=whole(100, 10_000_000), default=100_000, metavar="N", help="plans (%(default)s)"
     )
     parser.add_argument("--maps", type=whole(1, 1000), default=16, metavar="N", help="maps of 64 MiB (%(default)s)")
+    parser.add_argument(
+        "--kills", type=whole(0, 100), default=3, metavar="N",
+        help="times that a backup, and a restoration, is killed at a random moment before it completes (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--robots", type=whole(0, 32), default=3, metavar="N",
+        help="robots that drive while their cloud is backed up, and while it is not (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--turns", type=whole(1, 100), default=3, metavar="N", help="times that they do so (%(default)s)"
+    )
     parser.add_argument("--encrypted", action="store_true", help="encrypt the backups")
     parser.add_argument("--folder", type=Path, default=Path(), help="folder on the disk to use (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the times, and their table."""
+    import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
+
     with tempfile.TemporaryDirectory(prefix="ppaas-bench-", dir=arguments.folder) as name:
         folder = Path(name)
         _add_plans(folder / "data", arguments.plans, progress)
         _add_maps(folder / "data", arguments.maps, progress)
         size = sum(file.stat().st_size for file in (folder / "data").rglob("*") if file.is_file())
         results = dict(_steps(folder, arguments, progress))
+        driven = _driven(folder, arguments, progress) if arguments.robots else None
     rows = [
         {"step": step, "seconds": f"{seconds:.2f}", "MB/s of the stores": f"{size / 1e6 / seconds:,.0f}"}
         for step, seconds in results.items()
     ]
+    if driven is not None:
+        for text, gaps in (("without", driven.quiet), ("with", driven.backed_up)):
+            step = f"p99 between commands of {driven.robots} robots, {text} a backup"
+            rows.append({"step": step, "seconds": f"{gaps.p99 / 1e3:.3f}", "MB/s of the stores": "-"})
     result = {"plans": arguments.plans, "maps": arguments.maps, "bytes": size, "seconds": results}
-    return Measured(result, rows)
+    return Measured(result | {"robots": None if driven is None else msgspec.to_builtins(driven)}, rows)
+
+
+def _driven(folder: Path, arguments: argparse.Namespace, progress: "Progress") -> "DrivenBackups":
+    from benchmarks.stores.backup_robots import drive  # noqa: PLC0415
+
+    for name in ("restored", "backups", "data.tar", "killed", "restored-killed"):  # space on the disk
+        path = folder / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    return event_loop.run(drive(folder, arguments.robots, arguments.turns, progress))
 
 
 def _steps(folder: Path, arguments: argparse.Namespace, progress: "Progress") -> list[tuple[str, float]]:
-    task = progress.add_task("tar, backup, restore", total=5)
+    task = progress.add_task("tar, backup, restore", total=7)
     place = [str(folder / "backups"), *(["--key-file", str(folder / "key")] if arguments.encrypted else [])]
     stores = ["--data", str(folder / "data"), "--json"]
     found = []
@@ -73,7 +112,35 @@ def _steps(folder: Path, arguments: argparse.Namespace, progress: "Progress") ->
     step("backup again", lambda: _ppaas("backup", "create", *place, *stores))
     step("check", lambda: _ppaas("backup", "check", *place))
     step("restore and compare", lambda: _ppaas("restore", *place, "--data", str(folder / "restored"), "--json"))
+    if arguments.kills:
+        times, killing = dict(found), Random(1)
+        killed = [str(folder / "killed"), *place[1:]]
+        restored = ["restore", *killed, "--data", str(folder / "restored-killed"), "--json"]
+        for name, command in (("backup", ["backup", "create", *killed, *stores]), ("restore and compare", restored)):
+            moments = [killing.uniform(0.0, times[name]) for _ in range(arguments.kills)]
+            step(f"{name}, killed {arguments.kills} times", lambda c=command, m=moments: _ppaas_killed(c, m))  # type: ignore[misc]
     return found
+
+
+def _ppaas_killed(command: Sequence[str], moments: Sequence[float]) -> None:
+    """Run a command that is killed some time after its start [s], for each of these times; then to its end.
+
+    Raises
+    ------
+    Unavailable
+        It ended with an error: something was lost.
+    """
+    for moment in moments:
+        process = subprocess.Popen([sys.executable, "-m", cli.__name__, *command], stdout=subprocess.DEVNULL)
+        try:
+            status = process.wait(moment)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            continue
+        if status:
+            raise Unavailable(f"ppaas {command[0]} ended with status {status} after it had been killed")
+    _ppaas(*command)
 
 
 def _ppaas(*command: str) -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from ppaas.bounded import above_zero, whole
 from robots.cli import event_loop
 from robots.cli.benches import Measured
-from robots.cli.output import table
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -33,15 +32,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--settle", type=above_zero(600.0), default=10.0, metavar="SECONDS", help="time between steps (%(default)s)"
     )
-    parser.add_argument("--kill", action="store_true", help="kill each process (SIGKILL) instead of ending it")
+    parser.add_argument(
+        "--kill",
+        action="store_true",
+        help="kill each process (SIGKILL) instead of ending it, and the new one while it starts",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of maps, courses and kills (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Run the bench; the exit status is 1 if a goal was lost or a robot stood."""
-    import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this
-
-    from benchmarks.upgrade.run import UpgradeOptions, run  # noqa: PLC0415
+    from benchmarks.upgrade.run import UpgradeOptions, run  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     options = UpgradeOptions(
         before=arguments.before,
@@ -51,7 +52,4 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         settle=arguments.settle,
         seed=arguments.seed,
     )
-    report = event_loop.run(run(options, progress))
-    rows = report.rows()
-    text = "\n".join([*table(rows, tuple(rows[0])), *report.sentences()])
-    return Measured(msgspec.to_builtins(report), text=text, status=0 if report.passed else 1)
+    return Measured.of(event_loop.run(run(options, progress)))

@@ -1,5 +1,7 @@
 """Report of an upgrade, for people and for programs."""
 
+from typing import Any
+
 import msgspec
 
 BAR = 2.0
@@ -65,7 +67,7 @@ class UpgradeReport(msgspec.Struct, frozen=True):
         """Whether the upgrade passed: no goal lost, no fault found, and no robot without service for long."""
         return not (self.lost or self.wrong) and max(step.silence for step in self.steps) <= BAR
 
-    def rows(self) -> list[dict[str, str]]:
+    def rows(self) -> list[dict[str, Any]]:
         """Return a row for each step."""
         return [
             {

@@ -12,7 +12,7 @@ from typing import Any, Self
 from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.front import Front
-from benchmarks.harness.joining import BLINK, JoinedMachine, ticket_of
+from benchmarks.harness.joining import BLINK, INSTALLED, RESTART, JoinedMachine, ticket_of
 from engine.remote.replica import LAST
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
@@ -28,10 +28,7 @@ STANDS_BY = 4.0
 """Time within which a standby that was started again follows its leader [s]."""
 
 LATEST_KILL = 3.0
-"""Latest time after the begin of the drain of a machine at which the machine is killed [s]."""
-
-ELSEWHERE = {"PYTHONSAFEPATH": "1"}
-"""Environment of all processes: a release imports its installed modules, not the modules of the current folder."""
+"""Latest time after the begin of the drain of a machine, or of the start of a process, at which it is killed [s]."""
 
 
 class UpgradedSite:
@@ -42,16 +39,17 @@ class UpgradedSite:
     before, after : str
         Python interpreters of the releases.
     kills : Random, optional
-        Chooses the moments at which the process that is being upgraded is killed; None to end it in order.
+        Chooses the moments at which the process that is being upgraded is killed, and the new one while it starts;
+        None to end it in order.
     """
 
     def __init__(self, before: str, after: str, kills: Random | None) -> None:
         self._before, self._after, self._kills = before, after, kills
         self._ports = free_ports(2)
-        self._leader = CloudProcess(environment=ELSEWHERE)
+        self._leader = CloudProcess(environment=INSTALLED)
         folder = self._leader.folder / "standby" / "t"
         folder.mkdir(parents=True)
-        self._standby = CloudProcess(environment=ELSEWHERE, folder=folder)
+        self._standby = CloudProcess(environment=INSTALLED, folder=folder)
         for cloud, port in zip((self._leader, self._standby), self._ports, strict=True):
             cloud.arguments, cloud.python = self._arguments(port), before
         ports = free_ports(len(MACHINES))
@@ -132,7 +130,7 @@ class UpgradedSite:
     async def _upgrade_standby(self) -> None:
         await self._end(self._standby)
         self._standby.python = self._after
-        await self._standby.begin()
+        await self._begin(self._standby)
         await asyncio.sleep(STANDS_BY)
         if self._standby.status is not None:
             raise Unavailable(f"the standby ended with status {self._standby.status}; see {self._standby.folder}/log")
@@ -144,6 +142,14 @@ class UpgradedSite:
             cloud.send(signal.SIGKILL)
             await cloud.ended()
 
+    async def _begin(self, cloud: CloudProcess) -> None:
+        """Start a process of the new release; if processes are killed, kill it while it starts, and start it again."""
+        await cloud.begin()
+        if self._kills is not None:
+            await asyncio.sleep(self._kills.uniform(0.0, LATEST_KILL))
+            await self._end(cloud)
+            await cloud.begin()
+
     async def _upgrade_machine(self, machine: JoinedMachine, rest: RestClient) -> None:
         path, machine.python = path_of("machines", machine.name), self._after
         await _patched(rest, path, draining=True)
@@ -153,6 +159,8 @@ class UpgradedSite:
         else:
             await asyncio.sleep(self._kills.uniform(0.0, LATEST_KILL))
             machine.kill()
+            await asyncio.sleep(2.0 * RESTART + self._kills.uniform(0.0, LATEST_KILL))
+            machine.kill()  # the new process, which its supervisor starts again
         await _until_listed(rest, machine.name, lambda state: state is None, "has not left")
         await _until_listed(rest, machine.name, lambda state: state not in (None, "starting"), "has not joined again")
         await _patched(rest, path, draining=False)
@@ -163,7 +171,7 @@ class UpgradedSite:
         await self._leader.ended()
         await _until(lambda: self._front.changes > changes, "the standby does not lead")
         self._leader.arguments, self._leader.python = [*self._leader.arguments, "--standby"], self._after
-        await self._leader.begin()
+        await self._begin(self._leader)
         for name in MACHINES:
             await _until_listed(rest, name, lambda state: state == "ready", "has not found the new leader")
 

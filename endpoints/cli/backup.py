@@ -47,6 +47,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("--json", action="store_true", help="print JSON")
     add_stores(create)
     create.add_argument(
+        "--recordings", action="store_true", help="back up complete recordings in the data folder, too (off)"
+    )
+    create.add_argument(
+        "--machine-keys",
+        action="store_true",
+        help="back up the keys by which machines and standbys know the cloud, too: encrypted, with --key-file (off)",
+    )
+    create.add_argument(
         "--keep", type=whole(1), metavar="NUMBER", help="remove all but the newest backups afterwards (keep all)"
     )
     create.add_argument(
@@ -102,6 +110,8 @@ def _hours(text: str) -> float:
 
 
 def _create(arguments: argparse.Namespace) -> int:
+    if arguments.machine_keys and arguments.key_file is None:
+        raise InvalidInput("the keys of machines are backed up encrypted only: give --key-file FILE")
     settle_stores(arguments)
     urls = store_urls(arguments)
     if arguments.every is None:
@@ -123,7 +133,8 @@ def _create_one(arguments: argparse.Namespace, urls: tuple[str, str]) -> int:
     from storage.backup.writing import BackupWriter  # noqa: PLC0415
 
     repository = opened(arguments, create=True)
-    with repository.locked() as lock, existing(*urls) as sources:
+    files = arguments.data, _files(arguments)
+    with repository.locked() as lock, existing(*urls, *files) as sources:
         writer = BackupWriter(repository, sources, lock.renew)
         with progress(shown=not arguments.json) as shown:
             for kind, steps in itertools.groupby(writer.steps(), lambda step: step.kind):
@@ -132,6 +143,17 @@ def _create_one(arguments: argparse.Namespace, urls: tuple[str, str]) -> int:
             repository.remove(repository.ids()[: -arguments.keep])
     _show([row_of(writer.manifest)], as_json=arguments.json)
     return 0
+
+
+def _files(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Return the names of the files in the data folder that are backed up."""
+    from engine.remote.replica import names_in  # noqa: PLC0415
+    from storage.recordings import RECORDINGS, RecordingsFolder  # noqa: PLC0415
+
+    data: Path = arguments.data
+    keys = names_in(data) if arguments.machine_keys else []
+    recordings = RecordingsFolder(data / RECORDINGS).finished() if arguments.recordings else []
+    return (*keys, *(path.relative_to(data).as_posix() for path in recordings))
 
 
 def _check(arguments: argparse.Namespace) -> int:
@@ -178,6 +200,7 @@ def row_of(manifest: "BackupManifest") -> dict[str, Any]:
         "stores": manifest.stores,
         "at_once": manifest.at_once,
         "records": counts,
+        "files": len(manifest.files),
     }
 
 

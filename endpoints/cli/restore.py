@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from endpoints.cli import backup
@@ -30,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Restore and compare; return 0 if the stores have all records of the backup."""
     # Imported here: ``ppaas --help`` loads this module.
+    from storage.backup.files import FileReader  # noqa: PLC0415
     from storage.backup.reading import Archive, LeftOut, kinds_of, restore_epochs  # noqa: PLC0415
     from storage.backup.sources import targets  # noqa: PLC0415
     from storage.migration.copying import compare, copy  # noqa: PLC0415
@@ -50,15 +52,23 @@ def run(arguments: argparse.Namespace) -> int:
             for kind, target in kinds
         ]
         found = [shown(f"comparing {kind.name}", compare(kind, archive, to), kind.count(None)) for kind, to in kinds]
+        if files := len(archive.manifest.files):
+            reader = FileReader(repository, archive.manifest, arguments.data)
+            copied.append(shown("restoring files", reader.copy(overwrite=arguments.overwrite), files))
+            found.append(shown("comparing files", reader.compare(), files))
         restore_epochs(archive.manifest, store)
     rows = [row_of(*each) for each in zip(found, copied, strict=True)]
+    good = all(row["good"] for row in rows)
     missing = {each.kind: each.keys for each in left_out if each.keys}
     if arguments.json:
-        good = all(row["good"] for row in rows)
         result = {"id": archive.manifest.id, "good": good, "kinds": rows, "left_out": missing}
         sys.stdout.write(json.dumps(result) + "\n")
     else:
-        show(rows, as_json=False)
-        for kind, keys in missing.items():
-            sys.stdout.write(f"left out, since what they belong to is not in the backup: {kind} {keys}\n")
-    return 0 if all(row["good"] for row in rows) else 1
+        _show(rows, missing)
+    return 0 if good else 1
+
+
+def _show(rows: list[dict[str, Any]], missing: Mapping[str, Sequence[Any]]) -> None:
+    show(rows, as_json=False)
+    for kind, keys in missing.items():
+        sys.stdout.write(f"left out, since what they belong to is not in the backup: {kind} {keys}\n")

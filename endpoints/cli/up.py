@@ -16,6 +16,12 @@ HELP = "start the cloud on this machine"
 RETENTIONS = ("recordings", "audit", "people", "plans", "tasks", "webhooks")
 """Kinds of data in ``endpoints.retention.kinds``, which the command line does not import."""
 
+RETENTION_SIZES = ("recordings",)
+"""Kinds of data whose size can be limited, as ``endpoints.retention.kinds`` has them."""
+
+MOST_GIGABYTES = 1e6
+"""Limit of the size of the data that are kept [GB]."""
+
 MOST_DAYS = 36500.0
 """Limit of the days for which data are kept."""
 
@@ -219,6 +225,14 @@ def _add_retention(parser: argparse.ArgumentParser) -> None:
         metavar="KIND=DAYS",
         help=f"days after which data are removed: {', '.join(RETENTIONS)}; may be repeated (tasks=7, webhooks=30)",
     )
+    parser.add_argument(
+        "--retention-size",
+        type=_retention_size,
+        action="append",
+        default=[],
+        metavar="KIND=GB",
+        help=f"GB beyond which the oldest data are removed: {', '.join(RETENTION_SIZES)} (not limited)",
+    )
 
 
 def _add_webhooks(parser: argparse.ArgumentParser) -> None:
@@ -233,13 +247,21 @@ def _add_webhooks(parser: argparse.ArgumentParser) -> None:
 
 
 def _retention(text: str) -> tuple[str, float]:
-    kind, _, days = text.partition("=")
-    if kind not in RETENTIONS:
-        raise argparse.ArgumentTypeError(f"unknown kind {kind!r}; known: {', '.join(RETENTIONS)}")
+    return _of_kind(text, RETENTIONS, "DAYS", MOST_DAYS)
+
+
+def _retention_size(text: str) -> tuple[str, float]:
+    return _of_kind(text, RETENTION_SIZES, "GB", MOST_GIGABYTES)
+
+
+def _of_kind(text: str, kinds: tuple[str, ...], unit: str, most: float) -> tuple[str, float]:
+    kind, _, number = text.partition("=")
+    if kind not in kinds:
+        raise argparse.ArgumentTypeError(f"unknown kind {kind!r}; known: {', '.join(kinds)}")
     try:
-        return kind, above_zero(MOST_DAYS)(days)
+        return kind, above_zero(most)(number)
     except InvalidInput as error:
-        raise argparse.ArgumentTypeError(f"give {kind}=DAYS: {error}") from error
+        raise argparse.ArgumentTypeError(f"give {kind}={unit}: {error}") from error
 
 
 def _quota(text: str) -> tuple[str, float]:

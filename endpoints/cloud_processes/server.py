@@ -59,6 +59,7 @@ from ppaas.messages.health.stops import RobotStop
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.disk_space import RefusedTokenFile
+from storage.recordings import RECORDINGS
 from storage.urls.opening import local_path
 
 if TYPE_CHECKING:
@@ -82,9 +83,6 @@ SETTLED = 10.0
 
 MACHINE_SETTINGS = "machine-settings.json"
 """File in the data folder with the settings of machines."""
-
-RECORDINGS = "recordings"
-"""Name of the folder of the recordings of robots in the data folder."""
 
 READY_MODE = 0o644
 """Mode of the ready file: a supervisor that runs as another user may read it, and it contains no secret."""
@@ -317,7 +315,8 @@ def _called_jobs(engine: Engine, arguments: argparse.Namespace, audit: FileAudit
     """Return the jobs that endpoints call."""
     rules = TargetRules(allow_private=arguments.webhook_allow_private, allow_http=arguments.webhook_allow_http)
     webhooks = Webhooks(engine.store, engine.cloud.events, rules, audit, hear_goals=engine.cloud.hear_goals)
-    retention = Retention(Kept(engine.store, audit, engine.recordings), audit, dict(arguments.retention))
+    kept, sizes = Kept(engine.store, audit, engine.recordings), dict(arguments.retention_size)
+    retention = Retention(kept, audit, dict(arguments.retention), gigabytes=sizes)
     engine.endpoints.serve_also(lambda: Extra(WebhookCalls, webhooks))
     engine.endpoints.serve_also(lambda: Extra(RetentionCalls, retention))
     return webhooks, retention

@@ -25,22 +25,26 @@ class Caches:
 
     def __init__(self, services: Services) -> None:
         self._accounts = services.accounts
-        self._caches: dict[NewsKind, StoreCache[Any]] = {"map": services.map_cache, "robot": services.shares}
-        for kind, cache in self._caches.items():
-            cache.announce = partial(services.cloud.announce, kind)
+        self._caches: dict[NewsKind, tuple[StoreCache[Any], ...]] = {
+            "map": (services.map_cache,),
+            "robot": (services.shares, services.stops),
+        }
+        for kind, caches in self._caches.items():
+            for cache in caches:
+                cache.announce = partial(services.cloud.announce, kind)
 
     def hear(self, kind: NewsKind, key: str) -> None:
         """Drop a record that another process has changed."""
         if kind == "user":
             self._accounts.forget_user(key)
-        cache = self._caches.get(kind)
-        if cache is not None:
+        for cache in self._caches.get(kind, ()):
             cache.drop(key)
 
     def drop_all(self) -> None:
         """Drop everything, as news may have been missed."""
-        for cache in self._caches.values():
-            cache.drop_all()
+        for caches in self._caches.values():
+            for cache in caches:
+                cache.drop_all()
         self._accounts.forget_all()
 
 

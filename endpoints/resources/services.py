@@ -1,7 +1,7 @@
 """Services that requests use: the stores, the accounts, the control plane of the cloud, limits and caches."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
@@ -24,13 +24,15 @@ from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.sharing.shared_robots import ShareCache
 from endpoints.webhooks.calls import WebhookCalls
 from engine.control.master_calls.control_plane import ControlPlane
+from engine.specs.robot_stops import in_words, stops_key, stored_stops
 from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
+from ppaas.messages.health.stops import RobotStop
 from storage.disk_space import DiskReserve
-from storage.ports import MapStore, Store
+from storage.ports import CloneStore, MapStore, Store
 from storage.recordings import RecordingsFolder
-from storage.records import MapRecord
+from storage.records import MapRecord, RobotRecord
 from storage.store_cache import LIFETIME, PATIENCE, SIZE, StoreCache
 
 if TYPE_CHECKING:
@@ -96,6 +98,39 @@ class MapHeadCache(StoreCache[MapRecord]):
             return await run_in_threadpool(store.map_head, map_id), math.inf
 
         return await self.read(map_id, self._clock(), load)
+
+
+FRESH_STOPS = 5.0
+"""Time for which stops are valid [s]: a master of the release before does not report that it has changed them."""
+
+
+class StopCache(StoreCache[tuple[RobotStop, ...]]):
+    """Stops of robots by owner, so that lists of robots, which consoles read all the time, do not read the store.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        super().__init__(lifetime=FRESH_STOPS)
+        self._clock = clock
+
+    async def why_stopped(self, store: CloneStore, robots: Sequence[RobotRecord]) -> list[str | None]:
+        """Return for each of some robots the stops that apply, in words; None if there are none."""
+        owners = {robot.user for robot in robots}
+        return in_words({owner: await self._stops(store, owner) for owner in owners}, robots)
+
+    def forget_users(self, users: Iterable[str]) -> None:
+        """Read the stops of the robots of users again, because they were changed; the master reports it to others."""
+        self.drop(*map(stops_key, users))
+
+    async def _stops(self, store: CloneStore, owner: str) -> tuple[RobotStop, ...]:
+        async def load() -> tuple[tuple[RobotStop, ...], float]:
+            return await run_in_threadpool(stored_stops, store, owner), math.inf
+
+        return await self.read(stops_key(owner), self._clock(), load)
 
 
 # Refused connects: why the last attempt of a robot to connect failed, for its diagnosis.
@@ -169,6 +204,7 @@ class Services:
     publications: Publications = field(default_factory=Publications)
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
     shares: ShareCache = field(default_factory=ShareCache)
+    stops: StopCache = field(default_factory=StopCache)
     refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
     clones: CloneChecker | None = None
     """Check of robot files by building their clones; without it, their containers report what they refuse."""

@@ -18,6 +18,8 @@ class RetentionView(msgspec.Struct, frozen=True):
         Time at which this process removed what had expired [s since the epoch]; None before.
     removed : int, optional
         Number that was removed then; None if that failed, or before.
+    gigabytes : float, optional
+        Size beyond which the oldest are removed [GB]; None if it is not limited.
     """
 
     kind: str
@@ -25,6 +27,7 @@ class RetentionView(msgspec.Struct, frozen=True):
     days: float | None
     last_run: float | None = None
     removed: int | None = None
+    gigabytes: float | None = None
 
 
 class ExpiredData(msgspec.Struct, frozen=True):
@@ -34,7 +37,7 @@ class ExpiredData(msgspec.Struct, frozen=True):
     ----------
     kind : str
     before : float
-        What is older than this time has expired [s since the epoch].
+        What is older than this time has expired [s since the epoch]; 0 if only its size is limited.
     expired : int
         Number of recordings, events, counts, plans, tasks or deliveries.
     fault : str

@@ -1,5 +1,6 @@
 """Kinds of data that expire: for how long each is kept, and how the expired part is found and removed."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
@@ -36,11 +37,15 @@ class Kept:
 
 
 class Expiry(NamedTuple):
-    """Expiry of a kind: data before a time [s since the epoch], at a time; ``dry_run`` removes nothing."""
+    """Expiry of a kind: data before a time [s since the epoch], at a time; ``dry_run`` removes nothing.
+
+    ``most`` is the size that the rest may have [bytes], for the kinds in `SIZED`.
+    """
 
     before: float
     now: float
     dry_run: bool
+    most: float = math.inf
 
 
 class RetentionKind(NamedTuple):
@@ -59,7 +64,9 @@ class RetentionKind(NamedTuple):
 
 
 def _recordings(kept: Kept, expiry: Expiry) -> int:
-    return 0 if kept.recordings is None else kept.recordings.expire(expiry.before, dry_run=expiry.dry_run)
+    if kept.recordings is None:
+        return 0
+    return kept.recordings.expire(expiry.before, most=expiry.most, now=expiry.now, dry_run=expiry.dry_run)
 
 
 def _audit(kept: Kept, expiry: Expiry) -> int:
@@ -132,6 +139,9 @@ KINDS: Mapping[str, RetentionKind] = {
     "webhooks": RetentionKind("deliveries of webhooks that were given up, by that time", _webhooks),
 }
 """All kinds, by the name that settings have."""
+
+SIZED = ("recordings",)
+"""Kinds whose size can be limited: beyond it, the oldest are removed."""
 
 DEFAULT_DAYS: Mapping[str, float] = {"tasks": KEPT_FOR / DAY, "webhooks": 30.0}
 """Days for which kinds are kept without a setting; others are kept however old they are."""

@@ -14,6 +14,9 @@ from ppaas.errors import PPaaSError
 
 logger = logging.getLogger(__name__)
 
+GIGABYTE = 1e9
+"""Bytes of a GB."""
+
 DELAY = 60.0
 """Time from the start until expired data are removed first [s]: robots that come back are served before."""
 
@@ -30,12 +33,23 @@ class Retention:
         Settings, by kind [days].
     clock : callable
         Returns the time [s since the epoch].
+    gigabytes : mapping of str to float, optional
+        Sizes beyond which the oldest data are removed, by kind [GB].
     """
 
-    def __init__(self, kept: Kept, audit: AuditLog, days: Mapping[str, float], clock: Clock = epoch) -> None:
+    def __init__(
+        self,
+        kept: Kept,
+        audit: AuditLog,
+        days: Mapping[str, float],
+        clock: Clock = epoch,
+        *,
+        gigabytes: Mapping[str, float] | None = None,
+    ) -> None:
         self._kept = kept
         self._audit = audit
         self._days = {**DEFAULT_DAYS, **days}
+        self._gigabytes = dict(gigabytes or {})
         self._clock = clock
         self._last: dict[str, tuple[float, int | None]] = {}
         self._turn = asyncio.Lock()
@@ -51,22 +65,25 @@ class Retention:
 
     async def views(self) -> list[RetentionView]:
         """Return for how long each kind of data is kept."""
-        return [
-            RetentionView(name, kind.text, self._days.get(name), *self._last.get(name, (None, None)))
-            for name, kind in KINDS.items()
-        ]
+        return [self._view(name, kind.text) for name, kind in KINDS.items()]
+
+    def _view(self, name: str, text: str) -> RetentionView:
+        last_run, removed = self._last.get(name, (None, None))
+        return RetentionView(name, text, self._days.get(name), last_run, removed, self._gigabytes.get(name))
 
     async def expire(self, dry_run: bool) -> list[ExpiredData]:
         """Remove what has expired, or only count it; return what it is."""
         async with self._turn:
-            return [await self._expire(name, dry_run=dry_run) for name in KINDS if name in self._days]
+            limited = self._days.keys() | self._gigabytes.keys()
+            return [await self._expire(name, dry_run=dry_run) for name in KINDS if name in limited]
 
     async def _daily(self) -> None:
         await self.expire(dry_run=False)
 
     async def _expire(self, name: str, *, dry_run: bool) -> ExpiredData:
         now = self._clock()
-        expiry = Expiry(now - self._days[name] * DAY, now, dry_run)
+        before = now - self._days[name] * DAY if name in self._days else 0.0
+        expiry = Expiry(before, now, dry_run, self._gigabytes.get(name, math.inf) * GIGABYTE)
         try:
             found = ExpiredData(name, expiry.before, await asyncio.to_thread(KINDS[name].expire, self._kept, expiry))
         except (PPaaSError, OSError) as error:
@@ -82,7 +99,8 @@ class Retention:
             return
         if found.expired:
             logger.info("removed %d expired %s", found.expired, found.kind)
-        details = {"days": self._days[found.kind], "removed": found.expired}
+        limits = {"days": self._days.get(found.kind), "gigabytes": self._gigabytes.get(found.kind)}
+        details = {name: limit for name, limit in limits.items() if limit is not None} | {"removed": found.expired}
         outcome: Outcome = "failed" if found.fault else "ok"
         self._audit.record(
             AuditEvent(action="expire_data", outcome=outcome, object=f"retention/{found.kind}", details=details)

@@ -25,6 +25,9 @@ SECRET = "whsec_"
 SECRET_BYTES = 32
 """Size of a secret [bytes]."""
 
+MAX_BODY = 16 << 10
+"""Limit of the body of a delivery [bytes]: a webhook has up to 1000 that wait, and as many dead ones."""
+
 OVERLAP = 24 * 3600.0
 """Time for which the secret before a new one stays valid [s]."""
 
@@ -48,10 +51,14 @@ def new_delivery(hook: Webhook, event: FleetEvent) -> WebhookDelivery:
 
 
 def body_of(event: FleetEvent) -> bytes:
-    """Return an event as JSON."""
+    """Return an event as JSON; beyond `MAX_BODY`, with the names of its details in ``omitted`` instead of them."""
     about = {name: value for name in ("user", "robot", "map") if (value := getattr(event, name))}
     at = datetime.datetime.fromtimestamp(event.time, datetime.UTC).isoformat(timespec="milliseconds")
-    return msgspec.json.encode({"type": event.type, "timestamp": at.replace("+00:00", "Z"), "data": about | event.data})
+    whole = {"type": event.type, "timestamp": at.replace("+00:00", "Z"), "data": about | event.data}
+    body = msgspec.json.encode(whole)
+    if len(body) <= MAX_BODY:
+        return body
+    return msgspec.json.encode(whole | {"data": about | {"omitted": sorted(event.data)}})
 
 
 def new_secret() -> bytes:

@@ -173,10 +173,13 @@ class RobotStops:
     ----------
     requested : callable
         Called with the owner of a robot that a client has stopped by its socket, and the stop.
+    stored : callable
+        Called with each user whose stops were stored, so that caches drop them.
     """
 
     def __init__(self, places: StoppedPlaces, store: CloneStore, clock: Clock = epoch) -> None:
         self.requested: Callable[[str, RobotStop], None] = lambda _user, _stop: None
+        self.stored: Callable[[str], None] = lambda _user: None
         self._places = places
         self._store = store
         self._clock = clock
@@ -298,3 +301,4 @@ class RobotStops:
         """Store the stops of a user; of two writes, the later one has all that is known then."""
         async with self._writing:
             await asyncio.to_thread(store_stops, self._store, user, self._books[user].stops, self._clock())
+        self.stored(user)

@@ -29,6 +29,13 @@ LAST = f"{MACHINES}/cloud.pem"
 """File whose existence shows that the certificate authority is complete."""
 
 
+def names_in(data: Path) -> list[str]:
+    """Return the names of the files in a data folder."""
+    folders = (data, *(data / name for name in FOLDERS))
+    paths = (path for folder in folders for path in (sorted(folder.iterdir()) if folder.is_dir() else ()))
+    return [name for path in paths if NAMES.fullmatch(name := path.relative_to(data).as_posix())]
+
+
 def read_files(data: Path) -> dict[str, bytes]:
     """Return the files in a data folder by name; those that disappear meanwhile are left out.
 
@@ -38,16 +45,13 @@ def read_files(data: Path) -> dict[str, bytes]:
         A file cannot be read.
     """
     found: dict[str, bytes] = {}
-    for folder in (data, *(data / name for name in FOLDERS)):
-        for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-            name = path.relative_to(data).as_posix()
-            if NAMES.fullmatch(name):
-                try:
-                    found[name] = path.read_bytes()
-                except FileNotFoundError:
-                    continue
-                except OSError as error:
-                    raise InvalidInput(f"cannot read {path} for the standbys: {error}") from error
+    for name in names_in(data):
+        try:
+            found[name] = (data / name).read_bytes()
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            raise InvalidInput(f"cannot read {data / name} for the standbys: {error}") from error
     return found
 
 

@@ -3,7 +3,7 @@
 It is stored among the checkpoints of the user's clones, as those of the nodes of groups are.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import msgspec
 
@@ -16,7 +16,9 @@ from storage.records import CloneCheckpoint, RobotRecord
 _STOPS = "stops"
 
 
-class _StoredStops(msgspec.Struct):
+class StoredStops(msgspec.Struct):
+    """Record of the stops of the robots of a user."""
+
     stops: tuple[RobotStop, ...]
 
 
@@ -32,14 +34,14 @@ def stored_stops(store: CloneStore, user: str) -> tuple[RobotStop, ...]:
         record = store.clone(user, STOPS_RECORD)
     except NotFound:
         return ()
-    return decode(record.nodes[_STOPS], _StoredStops, f"clones/{user}/{STOPS_RECORD}").stops
+    return decode(record.nodes[_STOPS], StoredStops, f"clones/{user}/{STOPS_RECORD}").stops
 
 
 def store_stops(store: CloneStore, user: str, stops: Iterable[RobotStop], now: float) -> None:
     """Store the stops of the robots of a user at a time [s since the epoch]; may block."""
     kept = tuple(stops)
     if kept:
-        store.save_clone(CloneCheckpoint(user, STOPS_RECORD, {_STOPS: encode(_StoredStops(kept))}, now))
+        store.save_clone(CloneCheckpoint(user, STOPS_RECORD, {_STOPS: encode(StoredStops(kept))}, now))
     else:
         store.remove_clone(user, STOPS_RECORD)
 
@@ -52,6 +54,15 @@ def stops_of_robot(stops: Iterable[RobotStop], robot: str, map_id: str) -> tuple
 def why_stopped(store: CloneStore, robots: Iterable[RobotRecord]) -> list[str | None]:
     """Return for each of some robots the stops that apply, in words; None if there are none; may block."""
     known = tuple(robots)
-    stops = {user: stored_stops(store, user) for user in {robot.user for robot in known}}
-    apply = (stops_of_robot(stops[robot.user], robot.id, robot.map) for robot in known)
+    return in_words({user: stored_stops(store, user) for user in {robot.user for robot in known}}, known)
+
+
+def in_words(stops: Mapping[str, tuple[RobotStop, ...]], robots: Iterable[RobotRecord]) -> list[str | None]:
+    """Return for each of some robots the stops that apply, among the stops by user; None if there are none."""
+    apply = (stops_of_robot(stops[robot.user], robot.id, robot.map) for robot in robots)
     return ["; ".join(stop.in_words for stop in each) or None for each in apply]
+
+
+def stops_key(user: str) -> str:
+    """Return the key of the news that the stops of a user have changed; no robot has it."""
+    return f"{user}/{STOPS_RECORD}"

@@ -2,7 +2,9 @@
 
 import argparse
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
+
+from robots.cli.output import table
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -31,6 +33,32 @@ class Measured:
     rows: list[dict[str, str]] = field(default_factory=list)
     text: str = ""
     status: int = 0
+
+    @classmethod
+    def of(cls, report: "BenchReport") -> Self:
+        """Return the result of a bench that ended with a report: its table, then its sentences; 1 unless it passed."""
+        import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
+
+        rows = report.rows()
+        text = "\n".join([*(table(rows, tuple(rows[0])) if rows else ()), *report.sentences()])
+        return cls(msgspec.to_builtins(report), text=text, status=0 if report.passed else 1)
+
+
+class BenchReport(Protocol):
+    """Report of a bench: a struct with these members."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether what was measured is within its bars, and no error was found."""
+        ...
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the rows of a table, all with the same keys."""
+        ...
+
+    def sentences(self) -> list[str]:
+        """Return the summary for people, one line each."""
+        ...
 
 
 class Bench(Protocol):

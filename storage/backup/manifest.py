@@ -8,8 +8,11 @@ import msgspec
 
 from ppaas import __version__
 
-FORMAT = 1
-"""Version of the format that this release writes; it reads this one and earlier ones."""
+FORMAT, FORMAT_OF_RECORDS = 2, 1
+"""Version of the format that this release writes for backups with files, and with records and maps alone.
+
+It reads these and earlier ones. A release that knows no files refuses backups with them, instead of losing them.
+"""
 
 
 class Block(msgspec.Struct, frozen=True):
@@ -52,6 +55,28 @@ class StoredPart(msgspec.Struct, frozen=True):
     blocks: tuple[str, ...]
 
 
+class StoredFile(msgspec.Struct, frozen=True):
+    """A file of a data folder.
+
+    Parameters
+    ----------
+    name : str
+        Path in the data folder.
+    sha256 : str
+    size : int
+        [bytes]
+    changed : float
+        Time of its last write [s since the epoch].
+    blocks : tuple of str
+    """
+
+    name: str
+    sha256: str
+    size: int
+    changed: float
+    blocks: tuple[str, ...]
+
+
 Versions: TypeAlias = dict[str, dict[str, StoredPart]]
 """Map versions by their hash; of each the files by part."""
 
@@ -78,6 +103,8 @@ class BackupManifest(msgspec.Struct, frozen=True):
         Epochs of leases.
     added, size : int
         Bytes that this backup has added to the repository, and uncompressed bytes of all its blocks.
+    files : tuple of StoredFile
+        Files of the data folder.
     """
 
     id: str
@@ -91,8 +118,9 @@ class BackupManifest(msgspec.Struct, frozen=True):
     epochs: dict[str, int] = {}
     added: int = 0
     size: int = 0
-    format: int = FORMAT
+    format: int = FORMAT_OF_RECORDS
     release: str = __version__
+    files: tuple[StoredFile, ...] = ()
 
     def blocks(self) -> set[str]:
         """Return the names of all blocks that it needs."""
@@ -100,6 +128,7 @@ class BackupManifest(msgspec.Struct, frozen=True):
         names = {block.name for stream in streams for block in stream.blocks}
         names |= {stream.index for stream in streams if stream.index}
         names |= {block.name for log in self.logs for block in log.blocks}
+        names |= {name for file in self.files for name in file.blocks}
         return names | {name for parts in self.versions.values() for part in parts.values() for name in part.blocks}
 
 

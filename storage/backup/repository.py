@@ -24,7 +24,7 @@ from ppaas import __version__
 from ppaas.clock import epoch
 from ppaas.decoding import from_msgpack
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
-from storage.backup.manifest import FORMAT, BackupManifest
+from storage.backup.manifest import FORMAT, FORMAT_OF_RECORDS, BackupManifest
 from storage.backup.sealing import Sealing
 from storage.store_errors import damaged, of_another_release
 
@@ -248,7 +248,7 @@ class Repository:
         except FileNotFoundError:
             if not create:
                 raise NotFound("repository of backups", self._place) from None
-            marker = {"format": FORMAT, "release": __version__, "key": self._sealing.fingerprint}
+            marker = {"format": FORMAT_OF_RECORDS, "release": __version__, "key": self._sealing.fingerprint}
             with self._errors():
                 obstore.put(self._store, MARKER, json.dumps(marker).encode())
         except ValueError as error:

@@ -17,7 +17,9 @@ SQLITE = "sqlite"
 
 
 @contextmanager
-def existing(store: str | None, map_store: str | None) -> Iterator[Sources]:
+def existing(
+    store: str | None, map_store: str | None, folder: Path = Path(), files: tuple[str, ...] = ()
+) -> Iterator[Sources]:
     """Open stores to read everything in them.
 
     The file of SQLite is copied first, beside itself, by SQLite's online backup: the copy is of one moment, and the
@@ -27,6 +29,8 @@ def existing(store: str | None, map_store: str | None) -> Iterator[Sources]:
     ----------
     store, map_store : str, optional
         URLs of existing stores.
+    folder, files
+        Data folder, and the files in it that are backed up too.
 
     Raises
     ------
@@ -34,7 +38,7 @@ def existing(store: str | None, map_store: str | None) -> Iterator[Sources]:
         A store cannot be opened.
     """
     with ExitStack() as stack:
-        sources = Sources()
+        sources = Sources(folder=folder, files=files)
         if store is not None:
             sources.schemes["store"] = scheme_of(store)
             sources.at_once = scheme_of(store) == SQLITE

@@ -4,13 +4,26 @@ import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
-from storage.backup.manifest import BackupManifest, BackupStream, Block, CloneLog, StoredPart, Versions, new_id
+from storage.backup.files import CHUNK, KIND, FileWriter
+from storage.backup.manifest import (
+    FORMAT,
+    FORMAT_OF_RECORDS,
+    BackupManifest,
+    BackupStream,
+    Block,
+    CloneLog,
+    StoredFile,
+    StoredPart,
+    Versions,
+    new_id,
+)
 from storage.backup.repository import Repository
 from storage.migration.copying import PAGE, Key, by_pages
 from storage.migration.map_records import MAP_KINDS, MapHistory
@@ -21,9 +34,6 @@ from storage.staged_uploads import Buffer
 
 BLOCK = 1 << 20
 """Bytes of records from which a block is written."""
-
-CHUNK = 4 << 20
-"""Bytes of a file in a block."""
 
 LEASES = ("master",)
 """Leases whose epochs are part of a backup."""
@@ -48,12 +58,18 @@ class Sources:
         Schemes of their URLs, by ``store`` and ``map_store``.
     at_once : bool
         Whether ``store`` does not change while it is read.
+    folder : Path
+        Data folder.
+    files : tuple of str
+        Files in it, by their names there.
     """
 
     store: Store | None = None
     map_store: MapStore | None = None
     schemes: dict[str, str] = field(default_factory=dict)
     at_once: bool = False
+    folder: Path = field(default_factory=Path)
+    files: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -91,6 +107,7 @@ class BackupWriter:
         self._streams: dict[str, BackupStream] = {}
         self._logs: list[CloneLog] = []
         self._versions: Versions = {}
+        self._files: tuple[StoredFile, ...] = ()
         self._size = 0
         self._earlier = repository.manifest("latest") if repository.ids() else None
 
@@ -111,10 +128,12 @@ class BackupWriter:
                 yield from self._plans(store) if kind.name == PLANS else self._records(kind.name, pages)
         if self._sources.map_store is not None:
             yield from self._maps(self._sources.map_store)
+        yield from self._data_files()
         self._repository.settle()
         self.manifest = BackupManifest(
             backup_id, begun, epoch(), self._sources.schemes, self._sources.at_once, self._streams, tuple(self._logs),
             self._versions, self._epochs(), self._repository.added, self._size,
+            FORMAT if self._files else FORMAT_OF_RECORDS, files=self._files,
         )  # fmt: skip
         self._repository.add(self.manifest)
 
@@ -123,6 +142,18 @@ class BackupWriter:
             return {}
         leases = map(self._sources.store.lease, LEASES)
         return {lease.name: lease.epoch for lease in leases if lease.epoch}
+
+    def _data_files(self) -> Iterator[WrittenBackup]:
+        done, earlier = WrittenBackup(KIND), set() if self._earlier is None else set(self._earlier.files)
+        writer = FileWriter(self._sources.folder, self._earlier, self._put)
+        for name in self._sources.files:
+            self._renew()
+            file = writer.write(name)
+            if file is not None:
+                self._files = (*self._files, file)
+                done.records += 1
+                done.reused += file in earlier
+            yield done
 
     # -- records ---------------------------------------------------------------------------------------------------
 

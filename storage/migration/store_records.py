@@ -172,14 +172,6 @@ def _delivery_keys(store: Store) -> Iterator[list[Key]]:
     return ([record.key for record in page] for hook in hooks for page in of(hook))
 
 
-def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
-    def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
-        for record in records:
-            keep(target, record)
-
-    return keep_each
-
-
 def _urdf(store: Store, key: Any) -> tuple[str, str, bytes]:
     return (*key, store.urdf(*key))
 
@@ -209,35 +201,53 @@ def _replace_clone(source: Store, target: Store, clone: CloneCheckpoint, _before
     _add_clone(source, target, clone)
 
 
+def _one_by_one(
+    name: str,
+    pages: Callable[[Store], Iterator[list[Key]]],
+    read: Callable[[Store, Sequence[Key]], dict[Key, Any]],
+    put: Callable[..., object],
+    change: Callable[[Store, Any, Any], object] | None = None,
+    *,
+    exact: bool = True,
+) -> StoredKind[Store]:
+    """Return a kind whose records are written one by one.
+
+    ``put`` adds a record to a store. ``change`` replaces the last argument, a record, by the one before it; without it,
+    ``put`` does so.
+    """
+
+    def add(_source: Store, target: Store, records: Sequence[Any]) -> None:
+        for record in records:
+            put(target, record)
+
+    def replaced(_source: Store, target: Store, record: Any, before: Any) -> None:
+        if change is None:
+            put(target, record)
+        else:
+            change(target, record, before)
+
+    return StoredKind(name, pages, read, add, replaced, exact=exact)
+
+
 KINDS: tuple[StoredKind[Store], ...] = (
-    StoredKind(
+    _one_by_one(
         "users",
         _user_ids,
         each(lambda store, key: store.user(key)),
-        _each(lambda target, user: target.add_user(user)),
-        lambda _source, target, user, _before: target.change_user(user),
+        lambda store, user: store.add_user(user),
+        lambda store, user, _before: store.change_user(user),
     ),
-    StoredKind(
-        "tokens",
-        _token_hashes,
-        each(lambda store, key: store.token(key)),
-        _each(lambda target, token: target.add_token(token)),
-        lambda _source, target, token, _before: target.add_token(token),
+    _one_by_one(
+        "tokens", _token_hashes, each(lambda store, key: store.token(key)), lambda store, token: store.add_token(token)
     ),
-    StoredKind(
+    _one_by_one(
         "robots",
         _robot_keys,
         each(lambda store, key: store.robot(*key)),
-        _each(lambda target, robot: target.put_robot(robot)),
-        lambda _source, target, robot, before: target.put_robot(robot, instead_of=before),
+        lambda store, robot: store.put_robot(robot),
+        lambda store, robot, before: store.put_robot(robot, instead_of=before),
     ),
-    StoredKind(
-        "URDFs",
-        _beside_robots(_urdf),
-        each(_urdf),
-        _each(lambda target, urdf: target.put_urdf(*urdf)),
-        lambda _source, target, urdf, _before: target.put_urdf(*urdf),
-    ),
+    _one_by_one("URDFs", _beside_robots(_urdf), each(_urdf), lambda store, urdf: store.put_urdf(*urdf)),
     StoredKind(
         "checkpoints",
         _clone_keys,
@@ -246,12 +256,12 @@ KINDS: tuple[StoredKind[Store], ...] = (
         _replace_clone,
         lambda clone, there: there == replace(clone, nodes={}),
     ),
-    StoredKind(
+    _one_by_one(
         "people",
         _people_keys,
         _read_people,
-        _each(lambda target, people: target.put_people_settings(people)),
-        lambda _source, target, people, before: target.put_people_settings(people, instead_of=before),
+        lambda store, people: store.put_people_settings(people),
+        lambda store, people, before: store.put_people_settings(people, instead_of=before),
     ),
     StoredKind(
         "counts",
@@ -261,26 +271,25 @@ KINDS: tuple[StoredKind[Store], ...] = (
         lambda _source, target, row, _before: target.add_people_counts([row]),
         exact=False,
     ),
-    StoredKind(
+    _one_by_one(
         "tasks",
         _task_keys,
         each(lambda store, key: store.task(*key)),
-        _each(lambda target, task: target.put_task(task)),
-        lambda _source, target, task, before: target.put_task(task, instead_of=before),
+        lambda store, task: store.put_task(task),
+        lambda store, task, before: store.put_task(task, instead_of=before),
     ),
-    StoredKind(
+    _one_by_one(
         "webhooks",
         _webhook_keys,
         each(lambda store, key: store.webhook(*key)),
-        _each(lambda target, hook: target.put_webhook(hook)),
-        lambda _source, target, hook, before: target.put_webhook(hook, instead_of=before),
+        lambda store, hook: store.put_webhook(hook),
+        lambda store, hook, before: store.put_webhook(hook, instead_of=before),
     ),
-    StoredKind(
+    _one_by_one(
         "deliveries",
         _delivery_keys,
         each(lambda store, key: store.delivery(*key)),
-        _each(lambda target, delivery: target.put_delivery(delivery)),
-        lambda _source, target, delivery, _before: target.put_delivery(delivery),
+        lambda store, delivery: store.put_delivery(delivery),
     ),
     StoredKind(
         "plans",
@@ -297,12 +306,11 @@ KINDS: tuple[StoredKind[Store], ...] = (
         lambda _source, target, rows: target.add_history(rows),
         exact=False,
     ),
-    StoredKind(
+    _one_by_one(
         "links",
         lambda store: iter([[row.link for row in store.links()]]),
         _read_links,
-        _each(lambda target, link: target.put_link(link)),
-        lambda _source, target, link, _before: target.put_link(link),
+        lambda store, link: store.put_link(link),
         exact=False,
     ),
 )

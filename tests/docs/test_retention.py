@@ -26,15 +26,19 @@ def test_the_file_and_the_variable_give_the_same_setting(tmp_path: Path, monkeyp
     (text,) = blocks(PAGE, "toml")
     (tmp_path / "ppaas.toml").write_text(text)
 
-    def setting() -> dict[str, float]:
+    def setting(name: str = "retention") -> dict[str, float]:
         values, wrong = SettingsTree(TABLES, tmp_path / "ppaas.toml").values(UP)
         assert not wrong
-        return dict(next(each.value for key, each in values.items() if key.name == "retention"))
+        return dict(next(each.value for key, each in values.items() if key.name == name))
 
     assert setting() == {"recordings": 30.0, "audit": 365.0, "plans": 180.0}
+    assert setting("retention-size") == {"recordings": 10.0}
     [variable] = re.findall(r"PPAAS_RETENTION=([\w=,]+)", text_of(PAGE))
     monkeypatch.setenv("PPAAS_RETENTION", variable)
     assert setting() == {"recordings": 30.0, "audit": 365.0}
+    [variable] = re.findall(r"PPAAS_RETENTION_SIZE=([\w=,]+)", text_of(PAGE))
+    monkeypatch.setenv("PPAAS_RETENTION_SIZE", variable.replace("10", "20"))
+    assert setting("retention-size") == {"recordings": 20.0}
 
 
 def test_the_table_is_that_of_the_code() -> None:

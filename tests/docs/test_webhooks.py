@@ -36,7 +36,7 @@ def test_numbers_are_those_of_the_code() -> None:
     limits = {what: limit for limit, what, _ in table(PAGE, "limit", "of", "beyond it")}
     assert [*limits.values()] == [
         str(webhooks.MOST_WEBHOOKS), str(schemas.MAX_EVENTS), str(service.MOST_WAITING), str(service.MOST_DEAD),
-        f"{targets.MAX_URL} characters",
+        f"{messages.MAX_BODY >> 10} KiB", f"{service.MOST_HEARD:,}", f"{targets.MAX_URL} characters",
     ]  # fmt: skip
     delays = [attempts.delay(number, 0.0, 1.0) for number in range(1, attempts.MOST_ATTEMPTS)]
     assert delays[:3] == [5.0, 20.0, 80.0] and attempts.LONGEST_DELAY == posting.LONGEST_WAIT == 6 * 3600.0

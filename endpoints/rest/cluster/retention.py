@@ -25,6 +25,7 @@ class RetentionAnswer(ResponseBody):
     days: float | None = Field(description="Age beyond which it is removed; null if it is kept however old it is")
     last_run: float | None = Field(description="Time at which this master removed it last [s since the epoch]")
     removed: int | None = Field(description="Number that was removed then; null if that failed")
+    gigabytes: float | None = Field(description="Size beyond which the oldest are removed [GB]; null without a limit")
 
 
 class ExpireRequest(RequestBody):
@@ -37,7 +38,7 @@ class ExpiredAnswer(ResponseBody):
     """What has expired of a kind of data."""
 
     kind: str
-    before: float = Field(description="What is older has expired [s since the epoch]")
+    before: float = Field(description="What is older has expired [s since the epoch]; 0 if only the size is limited")
     expired: int = Field(description="Number that has expired, and was removed unless `dry_run`")
     fault: str = Field(description="Why it could not be removed; empty if it could")
 

@@ -162,7 +162,10 @@ def _order(robot: ReachedRobot, user: User, reason: str) -> StopOrder:
 
 
 async def _stop(services: Services, user: User, orders: list[StopOrder]) -> StoppedAnswer:
-    reports = await services.cloud.stops.stop(orders)
+    try:
+        reports = await services.cloud.stops.stop(orders)
+    finally:
+        services.stops.forget_users(order.user for order in orders)
     return StoppedAnswer(
         stops=[StopAnswer.of(report.user, report.stop) for report in reports],
         standing=_addresses(user, reports, lambda report: report.standing),
@@ -180,6 +183,7 @@ async def _release_robots(services: Services, user: User, robots: Iterable[Reach
     for robot in robots:
         of_others = robot.access.role == "administer"
         stop = await services.cloud.stops.release(robot.user, ROBOT, robot.id, user.id, of_others)
+        services.stops.forget_users([robot.user])
         released += [] if stop is None else [StopAnswer.of(robot.user, stop)]
     return released
 
@@ -225,6 +229,7 @@ def _visible(services: Services, user: User) -> list[StopAnswer]:
 
 async def _release_own(services: Services, user: User, scope: str, name: str) -> ReleasedAnswer:
     stop = await services.cloud.stops.release(user.id, scope, name, user.id, of_others=True)
+    services.stops.forget_users([user.id])
     left = await run_in_threadpool(stored_stops, services.store, user.id)
     return ReleasedAnswer(
         released=[] if stop is None else [StopAnswer.of(user.id, stop)],

@@ -145,7 +145,7 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
     views = await services.cloud.robot_views([(robot.user, robot.id) for robot in robots])
-    stopped = await run_in_threadpool(why_stopped, services.store, [robot.record for robot in robots])
+    stopped = await services.stops.why_stopped(services.store, [robot.record for robot in robots])
     return [
         RobotListed(
             **msgspec.structs.asdict(robot.record)

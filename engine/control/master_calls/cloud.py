@@ -40,6 +40,7 @@ from engine.master.quotas import Quotas
 from engine.protocols.versions import agree
 from engine.specs.containers import MapVersion
 from engine.specs.robot_maps import is_lifelong
+from engine.specs.robot_stops import stops_key
 from engine.specs.start_state import StartState
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
@@ -295,6 +296,7 @@ class Cloud:
         self.driver, self.quotas = driver, quotas
         self.robot_stops = RobotStops(driver, store)
         self.news, self.fact_sources = News(), FactSources()
+        self.robot_stops.stored = lambda user: self.news.tell("robot", stops_key(user))
         self.neighbours = Neighbours()
         self.planning_places = PlanningPlaces(driver)
         self.events = driver.events

@@ -159,7 +159,7 @@ MIN_PATIENCE, MAX_PATIENCE = 1.0, 60.0
 """Limits of the time for which a topic stays without subscribers (its ``timeout``) [s]; goals stay the longest."""
 
 
-class _State(msgspec.Struct):
+class TfRepublisherState(msgspec.Struct):
     """Checkpoint of the node."""
 
     count: int
@@ -321,7 +321,7 @@ class TfRepublisherNode(Node):
     def _note(self) -> None:
         topics = {topic: request for topic, (request, _) in self._topics.items()}
         goals = [goal.message for goal in self._goals.values()]
-        self._state = msgspec.json.encode(_State(self._count, topics, goals)) if topics or goals else None
+        self._state = msgspec.json.encode(TfRepublisherState(self._count, topics, goals)) if topics or goals else None
 
     def checkpoint(self) -> bytes | None:
         """Return the topics and goals as JSON, or None if there are none."""
@@ -329,7 +329,7 @@ class TfRepublisherNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue the topics and goals of a checkpoint under the same names."""
-        known = from_json(state, _State)
+        known = from_json(state, TfRepublisherState)
         self._count = known.count
         for topic, request in known.topics.items():
             self._open(topic, request)

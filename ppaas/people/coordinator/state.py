@@ -54,7 +54,7 @@ class _Robot(msgspec.Struct):
     covariance: list[float]
 
 
-class _Saved(msgspec.Struct, forbid_unknown_fields=True):
+class SavedCoordinator(msgspec.Struct, forbid_unknown_fields=True):
     """State of a coordinator; arrays are bytes of float64."""
 
     format: int
@@ -77,7 +77,7 @@ def save_state(coordinator: CoordinatorParts) -> bytes:
     """Return the state of a coordinator as bytes."""
     table, zones, bank = coordinator.table, coordinator.zones, coordinator.table.bank
     return msgspec.msgpack.encode(
-        _Saved(
+        SavedCoordinator(
             format=FORMAT,
             at=coordinator.at,
             began=coordinator.began,
@@ -127,9 +127,9 @@ def load_state(coordinator: CoordinatorParts, saved: bytes) -> None:
         zones.seen = {zone: set(ids) for zone, ids in state.seen.items()}
 
 
-def _decoded(saved: bytes) -> _Saved:
+def _decoded(saved: bytes) -> SavedCoordinator:
     try:
-        state = from_msgpack(saved, _Saved)
+        state = from_msgpack(saved, SavedCoordinator)
     except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"not a checkpoint of a people coordinator: {error}") from error
     if state.format != FORMAT:

@@ -12,13 +12,16 @@ from robots.client.cloud_url import path_of
 NAME = "retention"
 HELP = "show for how long the cloud keeps data, and remove what has expired (admin)"
 
-COLUMNS = ("kind", "days", "last_run", "removed", "text")
+COLUMNS = ("kind", "days", "gigabytes", "last_run", "removed", "text")
 EXPIRED_COLUMNS = ("kind", "before", "expired", "fault")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = "The cloud removes what has expired once a day. 'ppaas up --retention' sets the days of each kind."
+    parser.epilog = (
+        "The cloud removes what has expired once a day. 'ppaas up --retention' sets the days of each kind, and "
+        "'--retention-size' the size of recordings."
+    )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     shown = verbs.add_parser("show", help="show for how long each kind of data is kept")
     run_now = verbs.add_parser("run", help="remove what has expired now; exit with 1 if something could not be removed")

@@ -13,6 +13,8 @@ import msgspec
 from endpoints.accounts.shared_logins import SharedLogins
 from endpoints.accounts.user_turns import TurnCalls
 from endpoints.audit.data_folder import DataFolderCalls
+from endpoints.retention.calls import RetentionCalls
+from endpoints.webhooks.calls import WebhookCalls
 from engine.calls.caller import Frame
 from engine.calls.interface import methods_of
 from engine.control.master_calls.control_plane import MasterParts
@@ -23,6 +25,7 @@ from engine.protocols.versions import OWN
 from engine.remote import joining, standbys
 from engine.remote.cluster_settings import ClusterSettings
 from ppaas.errors import PPaaSError
+from ppaas.perception.depth_scan import PinholeCamera
 
 FOLDER = Path(__file__).parents[2] / "unit" / "engine" / "protocols" / "wire"
 
@@ -43,7 +46,8 @@ LINKS: dict[str, Any] = {
 """Messages of each link."""
 
 INTERFACES = (
-    MasterCalls, EndpointCalls, SharedLogins, TurnCalls, DataFolderCalls, *get_type_hints(MasterParts).values(),
+    MasterCalls, EndpointCalls, SharedLogins, TurnCalls, DataFolderCalls, WebhookCalls, RetentionCalls,
+    *get_type_hints(MasterParts).values(),
 )  # fmt: skip
 """Methods that the master and endpoints call."""
 
@@ -60,13 +64,13 @@ def schema() -> Schema:
     methods = [(method.name, get_type_hints(function)) for method, function in _methods()]
     types = [hint for _, hints in methods for hint in hints.values()]
     shown, parts = msgspec.json.schema_components(
-        [*types, *LINKS.values()], schema_hook=_of_error, ref_template="{name}"
+        [*types, *LINKS.values()], schema_hook=of_error, ref_template="{name}"
     )
     of_type = dict(zip(map(_key, types), shown, strict=False))
     return {
         "links": {name: sorted(one.__name__ for one in structs_of(link)) for name, link in LINKS.items()},
-        "methods": {name: {arg: _plain(of_type[_key(hint)]) for arg, hint in hints.items()} for name, hints in methods},
-        "types": {name: _plain(part) for name, part in sorted(parts.items())},
+        "methods": {name: {arg: plain(of_type[_key(hint)]) for arg, hint in hints.items()} for name, hints in methods},
+        "types": {name: plain(part) for name, part in sorted(parts.items())},
     }
 
 
@@ -80,17 +84,18 @@ def _key(hint: Any) -> str:
     return repr(hint)
 
 
-def _of_error(kind: type) -> Schema:
+def of_error(kind: type) -> Schema:
+    """Return the schema of an error, which travels as its name and its text."""
     if issubclass(kind, PPaaSError):
         return {"title": "error"}
     raise NotImplementedError
 
 
-def _plain(part: Any) -> Any:
+def plain(part: Any) -> Any:
     """Return a schema without its texts."""
     if isinstance(part, dict):
-        return {key: _plain(value) for key, value in part.items() if key not in ("description", "title")}
-    return [_plain(one) for one in part] if isinstance(part, list) else part
+        return {key: plain(value) for key, value in part.items() if key not in ("description", "title")}
+    return [plain(one) for one in part] if isinstance(part, list) else part
 
 
 # -- changes -----------------------------------------------------------------------------------------------------------
@@ -107,8 +112,13 @@ def breaks(before: Schema, after: Schema) -> Iterator[str]:
             yield f"method {name} was removed"
         elif list(had.items()) != list(has.items()):
             yield f"method {name} has other arguments, or another result"
-    for name, part in before["types"].items():
-        now = after["types"].get(name)
+    yield from breaks_of_types(before["types"], after["types"])
+
+
+def breaks_of_types(before: Schema, after: Schema) -> Iterator[str]:
+    """Yield the changes of types, by name, that keep one side from reading what the other one writes."""
+    for name, part in before.items():
+        now = after.get(name)
         if now is not None and now != part:
             yield from (f"{name}: {why}" for why in _changes(part, now))
 
@@ -123,6 +133,9 @@ def _changes(had: Schema, has: Schema) -> Iterator[str]:
         yield f"field {field} has no default"
     for field in needed_before - new.keys():
         yield f"field {field}, which has no default in the release before, was removed"
+    if had.get("additionalProperties") is False:
+        for field in new.keys() - old.keys():
+            yield f"field {field} is unknown to the release before, which refuses unknown fields"
     for field in old.keys() & new.keys():
         if {**old[field], "default": None} != {**new[field], "default": None}:
             yield f"field {field} is of another type"
@@ -164,6 +177,8 @@ def _sample(info: Any) -> Any:  # noqa: PLR0911 - one line a kind
             return values[0]
         case msgspec.inspect.EnumType(cls=cls):
             return next(iter(cls))
+        case msgspec.inspect.Metadata(type=annotated):
+            return _sample(annotated)
         case msgspec.inspect.RawType():
             return msgspec.Raw(msgspec.msgpack.encode(None))
         case _:
@@ -172,11 +187,16 @@ def _sample(info: Any) -> Any:  # noqa: PLR0911 - one line a kind
 
 def _instance(cls: type, fields: Iterable[msgspec.inspect.Field]) -> Any:
     """Return an instance with all fields set, or with those that must be if it checks the values of others."""
+    if cls in EXAMPLES:
+        return EXAMPLES[cls]
     try:
         return cls(**{field.name: _sample(field.type) for field in fields})
     except PPaaSError:
         return cls(**{field.name: _sample(field.type) for field in fields if field.required})
 
+
+EXAMPLES: dict[type, Any] = {PinholeCamera: PinholeCamera(width=640, height=480, fx=525.0, cx=319.5, cy=239.5)}
+"""Instances of types that check all their fields."""
 
 _PLAIN: dict[str, Any] = {
     "IntType": 1, "FloatType": 0.5, "BoolType": True, "StrType": "a", "BytesType": b"\x01", "AnyType": 1,

@@ -1,17 +1,20 @@
 """``ppaas backup`` and ``ppaas restore``."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from robots import cli
 from robots.cli import main
 from storage import temporary
+from storage.backup.manifest import FORMAT, FORMAT_OF_RECORDS
 from storage.backup.repository import LOCK, Repository
 from storage.urls.opening import open_map_store, open_store
 from tests.support.storage.full_store import fill, fill_maps
@@ -27,6 +30,24 @@ def data(tmp_path: Path) -> Path:
     store.close()
     fill_maps(open_map_store(f"file://{folder}/maps"))
     return folder
+
+
+KEYS = {"machines/authority.key": b"secret", "machines/cloud.pem": b"pem", "machine-settings.json": b"{}"}
+RECORDED = {
+    "recordings/ann/tb1/20261126T224142Z.mcap": b"x" * 9_000_000, "recordings/bob/tb2/20261127T224142Z-2.mcap": b"y"
+}  # fmt: skip
+LEFT = ("recordings/ann/tb1/20261126T224143Z.partial", "recordings/ann/tb1/ring/7.mcap", "machines/notes.txt")
+
+
+@pytest.fixture
+def files(data: Path) -> Path:
+    """Return the data folder with keys of machines, recordings, and files that no backup has."""
+    for name, content in (KEYS | RECORDED | dict.fromkeys(LEFT, b"left")).items():
+        path = data / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        os.utime(path, (1e9, 1e9))
+    return data
 
 
 @pytest.fixture
@@ -182,3 +203,104 @@ def test_a_period_that_is_none_is_refused(place: str, hours: str, capsys: pytest
     with pytest.raises(SystemExit):
         main.main(["backup", place, "--every", hours])
     assert "--every" in capsys.readouterr().err
+
+
+# -- files -------------------------------------------------------------------------------------------------------------
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    found = [path for top in ("machines", "recordings") for path in (folder / top).rglob("*") if path.is_file()]
+    settings = folder / "machine-settings.json"
+    found += [settings] if settings.exists() else []
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+
+
+def test_keys_and_recordings_are_restored_for_their_owner_alone(
+    files: Path, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    key = ["--key-file", str(tmp_path / "key")]
+    row = back_up(place, files, capsys, "--recordings", "--machine-keys", *key)
+    assert row["files"] == len(KEYS | RECORDED)
+    again = back_up(place, files, capsys, "--recordings", "--machine-keys", *key)
+    assert again["added"] < 1000
+    assert main.main(["backup", "check", place, *key]) == 0
+    new = tmp_path / "new"
+    assert main.main(["restore", place, "--data", str(new), *key]) == 0
+    assert files_in(new) == KEYS | RECORDED
+    for name in KEYS | RECORDED:
+        found = (new / name).stat()
+        assert (found.st_mode & 0o777, found.st_mtime) == (0o600, 1e9)
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()][-1] == "files"
+
+
+def test_files_that_differ_stay_unless_they_are_overwritten(
+    files: Path, place: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    back_up(place, files, capsys, "--recordings")
+    name, other = sorted(RECORDED)
+    (files / name).write_bytes(b"changed")
+    (files / other).unlink()
+    assert main.main(["restore", place, "--data", str(files), "--json"]) == 1
+    [row] = [each for each in json.loads(capsys.readouterr().out)["kinds"] if each["kind"] == "files"]
+    assert (row["copied"], row["same"], row["different"], row["named"]) == (1, 1, 1, [name])
+    assert main.main(["restore", place, "--data", str(files), "--overwrite"]) == 0
+    assert files_in(files).items() >= RECORDED.items()
+
+
+def test_keys_are_backed_up_encrypted_only(files: Path, place: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.main(["backup", place, "--data", str(files), "--machine-keys"]) == 1
+    assert "encrypted only: give --key-file" in capsys.readouterr().err
+    assert not Path(place).exists()
+
+
+def test_without_the_options_no_file_is_backed_up(files: Path, place: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert back_up(place, files, capsys)["files"] == 0
+    assert Repository.at(place).manifest("latest").format == FORMAT_OF_RECORDS
+    assert back_up(place, files, capsys, "--recordings")["files"] == len(RECORDED)
+    assert Repository.at(place).manifest("latest").format == FORMAT, "an earlier release refuses it"
+
+
+@pytest.mark.parametrize("name", ["../outside", "/etc/outside", "machines/../../outside", ""])
+def test_no_file_is_restored_outside_of_the_data_folder(
+    files: Path, place: str, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    back_up(place, files, capsys, "--recordings")
+    repository = Repository.at(place)
+    manifest = repository.manifest("latest")
+    [file, *_] = manifest.files
+    odd = msgspec.structs.replace(manifest, id="9", files=(msgspec.structs.replace(file, name=name),))
+    repository.add(odd)
+    assert main.main(["restore", place, "--data", str(tmp_path / "new" / "data")]) == 1
+    assert "is no file of a data folder" in capsys.readouterr().err
+    assert not list(tmp_path.rglob("outside"))
+
+
+@pytest.mark.parametrize("after", ["users", "plans", "maps", "files"])
+def test_a_restoration_that_was_killed_is_completed_by_the_next(
+    files: Path, place: str, after: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    back_up(place, files, capsys, "--recordings")
+    new = tmp_path / "new"
+    code = f"""
+import os, signal
+from storage.backup import files, reading
+pages = reading.Archive.pages
+def kill(*_):
+    os.kill(os.getpid(), signal.SIGKILL)
+def killed(self, kind):
+    for page in pages(self, kind):
+        yield page
+        if kind == {after!r}:
+            kill()
+reading.Archive.pages = killed
+if {after!r} == "files":
+    files.os.utime = kill  # a file is complete, and not in its place yet
+from robots.cli import main
+main.main(["restore", {place!r}, "--data", {str(new)!r}])
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=False, timeout=120)
+    assert done.returncode == -signal.SIGKILL
+    assert main.main(["restore", place, "--data", str(new)]) == 0
+    for store in ("sqlite://{}/ppaas.sqlite", "file://{}/maps"):
+        assert main.main(["store", "check", store.format(files), store.format(new)]) == 0
+    assert files_in(new) == RECORDED

@@ -9,10 +9,10 @@ import pytest
 
 from endpoints.audit.event import AuditEvent, AuditQuery
 from endpoints.audit.file_log import AUDIT, FileAuditLog
-from endpoints.cli.up import RETENTIONS
+from endpoints.cli.up import RETENTION_SIZES, RETENTIONS
 from endpoints.retention import service
-from endpoints.retention.kinds import DAY, DEFAULT_DAYS, KINDS, Kept
-from endpoints.retention.service import Retention
+from endpoints.retention.kinds import DAY, DEFAULT_DAYS, KINDS, SIZED, Kept
+from endpoints.retention.service import GIGABYTE, Retention
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.people.settings import PeopleSettings
@@ -172,3 +172,35 @@ async def test_without_settings_only_kinds_with_a_default_expire(cloud: Cloud) -
 
 def test_the_command_line_names_all_kinds() -> None:
     assert (*KINDS,) == RETENTIONS
+    assert SIZED == RETENTION_SIZES
+
+
+@pytest.mark.parametrize(("days", "removed"), [({}, 7), ({"recordings": 2.5}, 7), ({"recordings": 0.5}, 12)])
+async def test_the_oldest_recordings_beyond_a_size_are_removed(
+    cloud: Cloud, days: dict[str, float], removed: int
+) -> None:
+    """Twelve files of a byte, of which five may stay: the last of the second day, and those of the last days."""
+    sized = Retention(
+        Kept(cloud.store, cloud.audit, cloud.recordings), cloud.audit, days, cloud.clock,
+        gigabytes={"recordings": 5 / GIGABYTE},
+    )  # fmt: skip
+    before = cloud.left()["recordings"]
+    cloud.clock.advance(4 * DAY)
+    [counted] = [one for one in await sized.expire(True) if one.kind == "recordings"]
+    assert cloud.left()["recordings"] == before
+    [found] = [one for one in await sized.expire(False) if one.kind == "recordings"]
+    assert (found, found.expired, found.before) == (counted, removed, 0.0 if not days else found.before)
+    left = cloud.left()["recordings"]
+    assert len(left) == len(before) - removed and not [name for name in left if name.startswith(("0.", "1."))]
+    [event] = cloud.audit.read(AuditQuery(action="expire_data"))
+    assert event.details == {**({"days": days["recordings"]} if days else {}), "gigabytes": 5e-9, "removed": removed}
+    views = {one.kind: one.gigabytes for one in await sized.views()}
+    assert {kind for kind, limit in views.items() if limit} == {"recordings"}
+
+
+async def test_a_recording_in_progress_stays_however_large_it_is(cloud: Cloud) -> None:
+    kept = Kept(cloud.store, cloud.audit, cloud.recordings)
+    sized = Retention(kept, cloud.audit, {}, cloud.clock, gigabytes={"recordings": 1 / GIGABYTE})
+    cloud.clock.advance(3 * DAY + 30.0)
+    await sized.expire(False)
+    assert cloud.left()["recordings"] == ["20261126T224143Z-1.partial", "20261126T224143Z.mcap", "3.mcap"]

@@ -107,6 +107,7 @@ def test_passwords_are_hidden(url: str, shown: str) -> None:
         ("up.webhook-allow-http", False, False),
         ("up.webhook-allow-http", True, True),
         ("up.retention", [("audit", 30.0)], {"audit": 30.0}),
+        ("up.retention-size", [("recordings", 10.0)], {"recordings": 10.0}),
         ("up.data", Path("var"), "var"), ("up.quota", [("maps", 3)], {"maps": 3}), ("up.allow", ["a:b"], ["a:b"]),
         ("up.standby", "a ticket", True), ("up.standby", None, False), ("up.cores", None, None),
         ("up.store", None, None), ("up.metrics", ("127.0.0.1", 9464), "127.0.0.1:9464"),

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from standardwebhooks import Webhook as Receiver
 from standardwebhooks import WebhookVerificationError
 
-from endpoints.webhooks.messages import OVERLAP, headers_of, new_delivery, new_secret, shown_secret, wants
+from endpoints.webhooks.messages import MAX_BODY, OVERLAP, headers_of, new_delivery, new_secret, shown_secret, wants
 from engine.control.fleet_events import FleetEvent
 from ppaas.clock import epoch
 from storage.webhooks.records import Webhook
@@ -87,3 +87,12 @@ def test_an_event_without_a_robot_passes_no_filter_by_robots() -> None:
 def test_ids_of_deliveries_rise_with_time() -> None:
     ids = [new_delivery(hook(), replace(EVENT, time=at)).id for at in (1.0, 2.0, 1e9, 1.8e9)]
     assert ids == sorted(ids) and len(set(ids)) == 4
+
+
+@pytest.mark.parametrize(("length", "whole"), [(MAX_BODY - 200, True), (MAX_BODY, False)])
+def test_a_body_beyond_the_limit_names_what_it_omits(length: int, whole: bool) -> None:
+    event = replace(EVENT, data={"goal": {"id": "g1", "text": "x" * length}, "reason": "long"})
+    delivery = new_delivery(hook(), event)
+    assert len(delivery.body) <= MAX_BODY
+    about = {"user": "ann", "robot": "tb1", "map": "office"}
+    assert json.loads(delivery.body)["data"] == about | (event.data if whole else {"omitted": ["goal", "reason"]})

@@ -146,6 +146,14 @@ async def test_a_stop_reaches_the_clones_that_it_applies_to_and_is_stored(cloud:
     assert stored_stops(store, "bob") == ()
 
 
+async def test_caches_hear_when_stops_were_stored(cloud: Cloud, store: Store) -> None:
+    heard: list[tuple[str, tuple[RobotStop, ...]]] = []
+    cloud.stops.stored = lambda user: heard.append((user, stored_stops(store, user)))
+    await cloud.stops.stop(order(HALL))
+    await cloud.stops.release("ann", *HALL.key, "ann", True)
+    assert heard == [("ann", (HALL,)), ("ann", ())]
+
+
 async def test_a_second_stop_is_answered_with_the_first(cloud: Cloud) -> None:
     await cloud.stops.stop(order(EVERY))
     [report] = await cloud.stops.stop(order(RobotStop(ALL, "", "bob", 9.0, "later")))

@@ -6,10 +6,12 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditQuery
+from endpoints.resources.news import Caches
 from endpoints.resources.services import Services
 from engine.control.robot_stops import RobotStops
-from engine.specs.robot_stops import store_stops, stored_stops
+from engine.specs.robot_stops import stops_key, store_stops, stored_stops
 from ppaas.messages.health.stops import ALL, MAP, ROBOT, RobotStop
+from storage.records import CloneCheckpoint
 from storage.sharing_records import Share
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage import records
@@ -138,3 +140,29 @@ async def test_stops_and_releases_are_recorded_with_their_reasons(
 async def test_bad_bodies_are_refused_and_stop_nothing(client: httpx.AsyncClient, ann: Header, body: Any) -> None:
     problem_of(await client.post("/v1/stop", headers=ann, json=body), 422, "invalid-request")
     assert await listed(client, ann) == []
+
+
+async def test_a_list_reads_the_stops_of_an_owner_once_until_they_change(
+    client: httpx.AsyncClient, ann: Header, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+    clone = services.store.clone
+
+    def counted(user: str, robot: str) -> CloneCheckpoint:
+        read.append(f"{user}/{robot}")
+        return clone(user, robot)
+
+    async def stopped() -> list[bool]:
+        items = (await client.get("/v1/robots", headers=ann)).json()["items"]
+        return [one["stopped"] is not None for one in items]
+
+    monkeypatch.setattr(services.store, "clone", counted)
+    assert [await stopped() for _ in range(3)] == [[False, False]] * 3
+    assert read.count(stops_key("ann")) == 1
+    await order(client, ann, "robots/tb1/stop")
+    assert await stopped() == [True, False]
+    await order(client, ann, "robots/tb1/release")
+    assert await stopped() == [False, False]
+    store_stops(services.store, "ann", [RobotStop(ALL, "", "ann", 1.0)], 2.0)
+    Caches(services).hear("robot", stops_key("ann"))  # another process has stopped them
+    assert await stopped() == [True, True]
