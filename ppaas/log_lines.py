@@ -16,6 +16,8 @@ from contextvars import ContextVar
 from types import TracebackType
 from typing import TextIO
 
+from ppaas.tracing.context import current
+
 VARIABLE, AS_JSON = "PPAAS_LOG_FORMAT", "json"
 
 FIELDS = ("robot", "goal", "request")
@@ -32,6 +34,11 @@ def log_fields(**fields: str) -> Iterator[None]:
         yield
     finally:
         _known.reset(token)
+
+
+def known_fields() -> dict[str, str]:
+    """Return the `FIELDS` of this task."""
+    return _known.get()
 
 
 def escaped(text: str) -> str:
@@ -65,7 +72,8 @@ class JsonFormatter(logging.Formatter):
     """Formats a record as one JSON object.
 
     Its members are ``time`` (RFC 3339, UTC), ``level``, ``logger``, ``process``, ``message``, those of `FIELDS` that
-    are known, and ``exception`` and ``stack`` with line ends where there are some.
+    are known, ``trace_id`` and ``span_id`` of a trace, and ``exception`` and ``stack`` with line ends where there are
+    some.
 
     Parameters
     ----------
@@ -89,12 +97,18 @@ class JsonFormatter(logging.Formatter):
             "message": record.getMessage(),
             **_known.get(),
             **given,
+            **_trace(),
         }
         if record.exc_info:
             entry["exception"] = self.formatException(record.exc_info)
         if record.stack_info:
             entry["stack"] = self.formatStack(record.stack_info)
         return json.dumps(entry)
+
+
+def _trace() -> dict[str, str]:
+    context = current.get()
+    return {} if context is None else {"trace_id": context.trace, "span_id": context.span}
 
 
 def is_json() -> bool:

@@ -24,7 +24,9 @@ from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
+from engine.tracing.recording import pass_on
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.tracing.spans import within
 from storage.ports import Store
 
 logger = logging.getLogger(__name__)
@@ -277,7 +279,8 @@ class ContainerGateway:
         self._arrived = asyncio.Event()
         try:
             while (frame := await attached.stream.receive()) is not None:
-                self._take(frame, attached)
+                with within(getattr(frame, "trace", "")):
+                    self._take(frame, attached)
         finally:
             del self._attached[attached.spec.id]
             self._recordings.left(attached.spec)
@@ -307,6 +310,7 @@ class ContainerGateway:
                 | machine_link.FabricPublish()
                 | machine_link.MapInUse()
                 | machine_link.RecordBatch()
+                | machine_link.SpansEnded()
             ):
                 self._take_unanswered(frame, attached)
             case machine_link.AttachContainer() | machine_link.Compiling() | machine_link.AwaitKernels():
@@ -322,6 +326,8 @@ class ContainerGateway:
                 self._followed(frame, attached)
             case machine_link.RecordBatch():
                 self._recordings.take(attached.spec, frame.batch, attached.stream.write)
+            case machine_link.SpansEnded():
+                pass_on(attached.spec.id, frame.spans, frame.dropped)
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
