@@ -64,7 +64,8 @@ class TracedRequests:
         """Return the route of a request; empty if there is none. Path requests are answered before they are routed."""
         if self._plans.fullmatch(scope["path"]):
             return f"{self._prefix}maps/{{map_id}}/plans"
-        return str(getattr(scope.get("route"), "path", ""))
+        path = str(getattr(scope.get("route"), "path", "")).lstrip("/")
+        return f"{self._prefix}{path.removeprefix(self._prefix[1:])}" if path else ""
 
 
 def _note_status(request: Span, status: int) -> None:

@@ -46,14 +46,18 @@ KINDS = {"internal": SpanKind.INTERNAL, "server": SpanKind.SERVER, "client": Spa
 
 
 class _Reasons(logging.Handler):
-    """Keeps the last line of the exporter, for the line that counts dropped spans, in place of its own lines."""
+    """Keeps the last reason that the exporter logs, for the line that counts dropped spans, and drops its lines.
+
+    Lines with the kind of the batch alone have no reason: they report that the exporter gave up.
+    """
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
         self.last = ""
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.last = record.getMessage()
+        if record.args is not None and len(record.args) > 1:
+            self.last = record.getMessage()
 
 
 class _Counting(SpanExporter):

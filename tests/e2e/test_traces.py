@@ -106,7 +106,7 @@ async def test_a_goal_is_one_trace_from_the_client_to_kernel_and_store(
     ]  # fmt: skip
     assert found["goal"].parent == found["RobotCalls.send_goal"].id
     assert found["goal"].attributes["ppaas.goal"] == sent["id"]
-    assert found["goal"].attributes["ppaas.goal.status"] == "preempted"
+    assert found["goal"].attributes["ppaas.goal.status"] in ("preempted", "succeeded")
     assert found["plan"].parent == found["goal"].id
 
 

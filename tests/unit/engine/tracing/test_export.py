@@ -66,6 +66,7 @@ async def test_a_receiver_that_is_away_is_reported_with_the_reason(caplog: pytes
         url = f"http://127.0.0.1:{server.getsockname()[1]}"
     export = SpanExport(url)
     export.add(record(), "ppaas-endpoint", "endpoint-1")
+    await until(lambda: export.reasons.last)
     export.close()
     await until(lambda: export.dropped == 1)
     assert url in caplog.text
