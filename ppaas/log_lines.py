@@ -10,13 +10,11 @@ import logging
 import os
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import TracebackType
 from typing import TextIO
-
-from ppaas.tracing.context import current
 
 VARIABLE, AS_JSON = "PPAAS_LOG_FORMAT", "json"
 
@@ -39,6 +37,15 @@ def log_fields(**fields: str) -> Iterator[None]:
 def known_fields() -> dict[str, str]:
     """Return the `FIELDS` of this task."""
     return _known.get()
+
+
+_more: Callable[[], dict[str, str]] = dict
+
+
+def log_also(members: Callable[[], dict[str, str]]) -> None:
+    """Add to the JSON lines the members that a function returns for the task that writes one."""
+    global _more  # noqa: PLW0603 - as the logging of a process, there is one
+    _more = members
 
 
 def escaped(text: str) -> str:
@@ -97,18 +104,13 @@ class JsonFormatter(logging.Formatter):
             "message": record.getMessage(),
             **_known.get(),
             **given,
-            **_trace(),
+            **_more(),
         }
         if record.exc_info:
             entry["exception"] = self.formatException(record.exc_info)
         if record.stack_info:
             entry["stack"] = self.formatStack(record.stack_info)
         return json.dumps(entry)
-
-
-def _trace() -> dict[str, str]:
-    context = current.get()
-    return {} if context is None else {"trace_id": context.trace, "span_id": context.span}
 
 
 def is_json() -> bool:

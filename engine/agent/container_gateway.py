@@ -305,16 +305,10 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
-            case (
-                machine_link.NoteHistory()
-                | machine_link.FabricPublish()
-                | machine_link.MapInUse()
-                | machine_link.RecordBatch()
-                | machine_link.SpansEnded()
-            ):
-                self._take_unanswered(frame, attached)
             case machine_link.AttachContainer() | machine_link.Compiling() | machine_link.AwaitKernels():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
+            case _:
+                self._take_unanswered(frame, attached)
 
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:

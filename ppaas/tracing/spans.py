@@ -5,7 +5,6 @@ While no traces are recorded, nothing is: all functions return `NOTHING`, or wha
 
 import functools
 import secrets
-from asyncio import CancelledError
 from collections.abc import Callable
 from contextvars import Token
 from typing import Any, Literal, ParamSpec, Protocol, Self, TypeVar, cast
@@ -14,6 +13,7 @@ import msgspec
 
 from ppaas.clock import epoch
 from ppaas.errors import PlanCancelled, PPaaSError
+from ppaas.log_lines import log_also
 from ppaas.tracing.context import TraceContext, context_of, current
 
 Kind = Literal["internal", "server", "client"]
@@ -97,6 +97,12 @@ def record_spans(recorder: Recorder | None, sampling: Sampling | None = None) ->
     """Record the spans of this process from now on; with None, record no more."""
     global _recorder, _sampling
     _recorder, _sampling = recorder, sampling or Sampling()
+    log_also(_log_members)
+
+
+def _log_members() -> dict[str, str]:
+    context = current.get()
+    return {} if context is None else {"trace_id": context.trace, "span_id": context.span}
 
 
 def are_recorded() -> bool:
@@ -189,7 +195,7 @@ class Span:
         record, self._record = self._record, None
         if record is None or _recorder is None:
             return
-        if isinstance(error, CancelledError | PlanCancelled):
+        if isinstance(error, PlanCancelled) or (isinstance(error, BaseException) and not isinstance(error, Exception)):
             record.attributes["ppaas.cancelled"] = True
         elif isinstance(error, BaseException):
             record.error = error.slug if isinstance(error, PPaaSError) else type(error).__name__
