@@ -13,7 +13,7 @@ COPY pyproject.toml ./
 RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python \
       --constraints deploy/requirements.lock -r pyproject.toml \
       --extra cloud --extra sim --extra cassandra --extra hdfs \
-      --extra metrics --extra backup
+      --extra metrics --extra backup --extra otel
 
 # Kernels take minutes, and change seldom: nothing but what they are compiled from is here.
 FROM dependencies AS kernels

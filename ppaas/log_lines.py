@@ -10,7 +10,7 @@ import logging
 import os
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import TracebackType
@@ -32,6 +32,20 @@ def log_fields(**fields: str) -> Iterator[None]:
         yield
     finally:
         _known.reset(token)
+
+
+def known_fields() -> dict[str, str]:
+    """Return the `FIELDS` of this task."""
+    return _known.get()
+
+
+_more: Callable[[], dict[str, str]] = dict
+
+
+def log_also(members: Callable[[], dict[str, str]]) -> None:
+    """Add to the JSON lines the members that a function returns for the task that writes one."""
+    global _more  # noqa: PLW0603 - as the logging of a process, there is one
+    _more = members
 
 
 def escaped(text: str) -> str:
@@ -65,7 +79,8 @@ class JsonFormatter(logging.Formatter):
     """Formats a record as one JSON object.
 
     Its members are ``time`` (RFC 3339, UTC), ``level``, ``logger``, ``process``, ``message``, those of `FIELDS` that
-    are known, and ``exception`` and ``stack`` with line ends where there are some.
+    are known, ``trace_id`` and ``span_id`` of a trace, and ``exception`` and ``stack`` with line ends where there are
+    some.
 
     Parameters
     ----------
@@ -89,6 +104,7 @@ class JsonFormatter(logging.Formatter):
             "message": record.getMessage(),
             **_known.get(),
             **given,
+            **_more(),
         }
         if record.exc_info:
             entry["exception"] = self.formatException(record.exc_info)

@@ -49,6 +49,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
     )
     _add_log(parser)
+    _add_traces(parser)
 
 
 def add_masters(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +85,42 @@ def _add_log(parser: argparse.ArgumentParser) -> None:
         choices=["text", AS_JSON],
         help="lines of the log: text, or one JSON object a line (%(default)s)",
     )
+
+
+def _add_traces(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--traces",
+        type=_argument(_receiver),
+        default="",
+        metavar="URL",
+        help="send traces to this receiver of OpenTelemetry by OTLP over HTTP, as http://127.0.0.1:4318 (off)",
+    )
+
+
+def _receiver(text: str) -> str:
+    try:
+        parts = urlsplit(text)
+        usable = not text or (parts.scheme in ("http", "https") and parts.hostname and (parts.port or 1))
+    except ValueError:
+        usable = False
+    if not usable or "@" in text:  # a password would be in lists of processes
+        raise InvalidInput(f"give http://HOST:PORT or https://HOST:PORT of a receiver of OpenTelemetry, not {text!r}")
+    return text
+
+
+def take_traces(arguments: argparse.Namespace) -> None:
+    """Set where this process, and those that it starts, send traces; check that they can.
+
+    Raises
+    ------
+    InvalidInput
+        The extra for traces is not installed, or a variable of OpenTelemetry is wrong.
+    """
+    from engine.tracing.recording import TRACES, check_traces  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    os.environ[TRACES] = arguments.traces
+    if arguments.traces:
+        check_traces(arguments.traces)
 
 
 def take_log_format(arguments: argparse.Namespace) -> None:

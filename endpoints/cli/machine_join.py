@@ -79,6 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
 
     arguments = settled(MACHINE, arguments)
+    front_options.take_traces(arguments)
     folder = arguments.data.resolve()
     endpoints = _endpoints(arguments) if arguments.endpoints else None
     if arguments.ticket is not None:

@@ -293,6 +293,7 @@ def run(arguments: argparse.Namespace) -> int:
     from endpoints.cli.settings_tree import UP, settled  # noqa: PLC0415
 
     arguments = settled(UP, arguments)
+    front_options.take_traces(arguments)
     from engine.processes.imports import without_collection  # noqa: PLC0415
 
     with without_collection():

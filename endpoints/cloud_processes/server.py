@@ -52,6 +52,7 @@ from engine.processes.service_manager import ServiceManager
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation.cache_folder import ensure_cache
+from engine.tracing.recording import begin_traces, end_traces
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
@@ -128,6 +129,8 @@ def run_server(arguments: argparse.Namespace) -> int:
     with contextlib.ExitStack() as stack:
         for lock, what, advice in _owned(arguments):
             stack.enter_context(sole_owner(lock, what, advice))
+        begin_traces("ppaas-master", "master")
+        stack.callback(end_traces)
         uvloop.run(_serve(arguments))
     return 0
 

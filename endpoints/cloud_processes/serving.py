@@ -10,6 +10,7 @@ import sys
 from endpoints.cloud_processes.config import Config
 from engine.processes.imports import without_collection
 from engine.processes.private_files import keep_new_files_private
+from engine.tracing.recording import begin_traces, end_traces
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.log_lines import log_lines
@@ -35,10 +36,13 @@ def main() -> int:
     form = f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s"
     log_lines(form, process=config.name, level=config.front.log_level.upper(), dates="%H:%M:%S")
     try:
+        begin_traces("ppaas-endpoint", config.name)
         run(config)
     except PPaaSError as error:
         logger.error("%s: %s", error.slug, error)
         return REFUSED
+    finally:
+        end_traces()
     return 0
 
 

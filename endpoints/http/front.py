@@ -19,9 +19,11 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from endpoints.http.front_settings import FrontSettings, is_prefix, may_open
 from endpoints.http.problems import problem_response, status_problem
+from endpoints.http.traces import TracedRequests
 from endpoints.http.websocket_protocol import CONNECTION
 from ppaas.errors import NotPermitted, PPaaSError, rebuild
 from ppaas.log_lines import log_fields
+from ppaas.tracing.spans import are_recorded
 
 # Changes that proxies make to requests: a prefix of the path, and another address of the client.
 
@@ -186,6 +188,8 @@ def front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
     app = Gate(app, settings.allowed_origins, private)
     if settings.allowed_origins:
         app = _allow_origins(app, settings.allowed_origins)
+    if are_recorded():
+        app = TracedRequests(app, private)
     app = RequestIds(app)
     if settings.trusted_proxies:
         app = TrustedProxies(app, settings.root_path, settings.trusted_proxies)

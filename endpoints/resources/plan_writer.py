@@ -15,6 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from ppaas.tracing.spans import Span, span
 from storage.ports import Store
 from storage.records import PlanRecord
 
@@ -55,7 +56,7 @@ class PlanWriter:
         self._retry = retry
         self._slots = asyncio.Semaphore(MAX_WAITING)
         self._background = Background()
-        self._waiting: list[tuple[Store, Record]] = []
+        self._waiting: list[tuple[Store, Record, Span]] = []
         self._write_now = asyncio.Event()
         self._unstored: dict[str, tuple[Store, PlanRecord]] = {}
         self._unstored_bytes = 0
@@ -86,7 +87,7 @@ class PlanWriter:
         if self._slots.locked():
             self._write_now.set()
         await self._slots.acquire()
-        self._waiting.append((store, record))
+        self._waiting.append((store, record, span("storage of a plan")))
         # The others are written with the first.
         if len(self._waiting) == 1:
             self._background.run(self._write_soon())
@@ -114,12 +115,13 @@ class PlanWriter:
         self._write_now.clear()
         waiting, self._waiting = self._waiting, []
         try:
-            for store in {id(store): store for store, _ in waiting}.values():
-                records = [record for its_store, record in waiting if its_store is store]
+            for store in {id(store): store for store, _, _ in waiting}.values():
+                records = [record for its_store, record, _ in waiting if its_store is store]
                 for refused in await run_in_threadpool(self._store, store, records):
                     self._keep(store, refused)
         finally:
-            for _ in waiting:
+            for _, _, stored in waiting:
+                stored.end()
                 self._slots.release()
 
     def _keep(self, store: Store, record: PlanRecord) -> None:

@@ -32,6 +32,7 @@ from engine.processes.run_dir import remove_unless_owned
 from engine.protocols import control_link
 from engine.protocols.versions import OWN
 from engine.runtimes.fork_server import early_start
+from engine.tracing.recording import MACHINE, begin_traces, end_traces
 from ppaas import __version__
 from ppaas.decoding import from_json
 from ppaas.errors import Conflict, PPaaSError
@@ -255,10 +256,12 @@ def run_agent(config_json: bytes) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = from_json(config_json, AgentConfig)
     try:
+        begin_traces(MACHINE, config.machine)
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:
         logger.error("the agent cannot start: %s", error)
         sys.exit(1)
     finally:
+        end_traces()
         if is_dead(config.cloud):  # it was killed, perhaps before this agent connected
             remove_unless_owned(Path(config.run_dir))

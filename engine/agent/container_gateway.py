@@ -24,7 +24,9 @@ from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
+from engine.tracing.recording import pass_on
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.tracing.spans import within
 from storage.ports import Store
 
 logger = logging.getLogger(__name__)
@@ -277,7 +279,8 @@ class ContainerGateway:
         self._arrived = asyncio.Event()
         try:
             while (frame := await attached.stream.receive()) is not None:
-                self._take(frame, attached)
+                with within(getattr(frame, "trace", "")):
+                    self._take(frame, attached)
         finally:
             del self._attached[attached.spec.id]
             self._recordings.left(attached.spec)
@@ -302,15 +305,10 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
-            case (
-                machine_link.NoteHistory()
-                | machine_link.FabricPublish()
-                | machine_link.MapInUse()
-                | machine_link.RecordBatch()
-            ):
-                self._take_unanswered(frame, attached)
             case machine_link.AttachContainer() | machine_link.Compiling() | machine_link.AwaitKernels():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
+            case _:
+                self._take_unanswered(frame, attached)
 
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:
@@ -322,6 +320,8 @@ class ContainerGateway:
                 self._followed(frame, attached)
             case machine_link.RecordBatch():
                 self._recordings.take(attached.spec, frame.batch, attached.stream.write)
+            case machine_link.SpansEnded():
+                pass_on(attached.spec.id, frame.spans, frame.dropped)
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ from engine.specs import cores
 from engine.specs.containers import ContainerSpec, Launch, LayerSpec
 from engine.specs.robot_layers import layers_of
 from ppaas.errors import PPaaSError, Unavailable
+from ppaas.tracing.spans import own_sampling
 
 logger = logging.getLogger(__name__)
 
@@ -224,6 +225,7 @@ class ContainerSupervisor:
             allowed=self._allowed,
             on=self._machine,
             compiled=self._runtime.isolates or self._gateway.kernels.is_complete,
+            traces=own_sampling(),
         )
 
     def _cpus_for(self, spec: ContainerSpec) -> tuple[int, ...]:

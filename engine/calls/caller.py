@@ -13,14 +13,16 @@ from engine.processes.background import Background
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from ppaas.errors import InvalidInput, NotPermitted, PPaaSError, Unavailable
+from ppaas.tracing.spans import LONGEST, served, traceparent
 
 
 class Call(msgspec.Struct, tag="call"):
-    """Call of a method; ``arguments`` is an array of MessagePack."""
+    """Call of a method; ``arguments`` is an array of MessagePack, ``trace`` the ``traceparent`` of the caller."""
 
     number: int
     method: str
     arguments: msgspec.Raw
+    trace: str = ""
 
 
 class Notice(msgspec.Struct, tag="notice"):
@@ -100,7 +102,7 @@ class Caller:
         number = next(self._numbers)
         answered = self._waiting[number] = asyncio.get_running_loop().create_future()
         codec = method_of(method)
-        self._stream.write(Call(number, codec.name, codec.packed(args, named)))
+        self._stream.write(Call(number, codec.name, codec.packed(args, named), traceparent()))
         try:
             result: R = codec.result.decode(await answered)
             return result
@@ -158,7 +160,8 @@ class Caller:
 
     async def _answer(self, call: Call) -> None:
         try:
-            result = await self._run(call.method, call.arguments)
+            with served(call.method[:LONGEST], call.trace):
+                result = await self._run(call.method, call.arguments)
         except PPaaSError as error:
             self._stream.write(Failure(call.number, refusal_of(error)))
         except Exception as error:

@@ -35,6 +35,7 @@ from ppaas.messages import decode, encode, type_name
 from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.graph import Graph
+from ppaas.tracing.spans import span, within
 
 logger = logging.getLogger(__name__)
 
@@ -212,16 +213,20 @@ class Container:
 
     def call(self, service: str, payload: bytes, reply: Callable[[Outcome], None]) -> None:
         """Call a service; ``reply`` is called with the response as JSON or the error, now or later."""
-
-        def answer(result: Payload | PPaaSError) -> None:
-            reply(_for_clients(result) if isinstance(result, PPaaSError) else payload_bytes(result))
-
         if service == robot_link.LINK_FACTS and self._sessions is not None:  # known to the sessions, not to a node
             reply(self._sessions.link_facts())
             return
+        called = span("service", {"ppaas.service": service}, "server")
+
+        def answer(result: Payload | PPaaSError) -> None:
+            called.end(result)
+            reply(_for_clients(result) if isinstance(result, PPaaSError) else payload_bytes(result))
+
         try:
             request = decode(self._graph.service(service).type.request, payload)
-            self._graph.call(service, request, answer)
+            called.rename(f"service {service}")
+            with called.active():
+                self._graph.call(service, request, answer)
         except PPaaSError as error:
             answer(error)
         except Exception as error:
@@ -342,7 +347,8 @@ class Container:
     def _deliver(self, link: ServedLink, frame: robot_link.Deliver) -> None:
         if 0 < frame.sequence <= link.applied:
             return
-        refusal = self.deliver(frame.topic, frame.payload, frame.client, frame.sequence)
+        with within(frame.trace):
+            refusal = self.deliver(frame.topic, frame.payload, frame.client, frame.sequence)
         if refusal is not None:
             link.end.write(robot_link.MessageRefused(frame.client, frame.topic, refusal_of(refusal), frame.sequence))
         if frame.sequence:
@@ -357,7 +363,8 @@ class Container:
             else:
                 stream.write(robot_link.ServiceAnswer(frame.call, outcome))
 
-        self.call(frame.service, frame.payload, reply)
+        with within(frame.trace):
+            self.call(frame.service, frame.payload, reply)
 
     def add_link(self, link: ServedLink) -> None:
         """Serve a link, too."""

@@ -25,6 +25,7 @@ from engine.container.kernel_gate import CompileNotice, KernelGate, KernelsMissi
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_plans import PlanningNotes, SharedPlans
+from engine.container.spans import hand_over_spans, keep_spans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threading_layer import KernelThreads, use_threads
@@ -117,7 +118,9 @@ async def run(launch: Launch) -> None:
             sessions.begin(container, endpoint)
         endpoint.write(container.hello(os.getpid()))
         home.attend()
-        works = (container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones())
+        works = [container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones()]
+        if launch.traces is not None:
+            works.append(hand_over_spans(machine))
         await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.attend(),)))
     finally:
         home.close()
@@ -236,6 +239,8 @@ def main(launch: Launch) -> None:
     permit_only(launch.allowed)
     spec = launch.spec
     log_lines(f"%(levelname)s {spec.id} %(name)s: %(message)s", process=spec.id)
+    if launch.traces is not None:
+        keep_spans(launch.traces)
     CompileNotice(launch).register()
     robot = {} if spec.robot is None else {"robot": f"{spec.user}:{spec.robot.id}"}
     with log_fields(**robot):

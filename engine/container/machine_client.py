@@ -16,6 +16,7 @@ from engine.specs.containers import Launch, MapVersion
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import PlanQuery
+from ppaas.tracing.spans import SpanRecord, traceparent
 from storage.records import CloneLogChange, PlanRecord
 
 logger = logging.getLogger(__name__)
@@ -100,7 +101,10 @@ class MachineClient:
         number = next(self._numbers)
         future: asyncio.Future[machine_link.Answer] = asyncio.get_running_loop().create_future()
         self._requests[number] = future
-        self._stream.write(make(number))
+        frame = make(number)
+        if (trace := traceparent()) and hasattr(frame, "trace"):
+            frame.trace = trace
+        self._stream.write(frame)
         try:
             async with asyncio.timeout(within):
                 return await future
@@ -203,6 +207,10 @@ class MachineClient:
     def record(self, batch: bytes) -> None:
         """Write a batch to the recordings of the robot; it may be lost."""
         self._stream.write(machine_link.RecordBatch(batch))
+
+    def spans_ended(self, spans: list[SpanRecord], dropped: int) -> None:
+        """Hand over spans that have ended, and the number of further ones that were dropped; they may be lost."""
+        self._stream.write(machine_link.SpansEnded(spans, dropped))
 
     @property
     def waiting(self) -> int:

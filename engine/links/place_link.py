@@ -25,6 +25,7 @@ from engine.protocols.refusals import error_of
 from engine.protocols.session_frames import ClientOffers
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.nodes.frames import BASE_LINK
+from ppaas.tracing.spans import traceparent
 
 P = ParamSpec("P")
 
@@ -280,9 +281,9 @@ class PlaceLink(SharedPlace):
         """
         if not must_arrive:
             if self._stream is not None and self._stream.waiting <= MAX_WAITING:
-                self._stream.write(robot_link.Deliver(topic, payload, client))
+                self._stream.write(robot_link.Deliver(topic, payload, client, trace=traceparent()))
             return 0
-        deliver = robot_link.Deliver(topic, payload, client, self._unacknowledged.add(len(payload)))
+        deliver = robot_link.Deliver(topic, payload, client, self._unacknowledged.add(len(payload)), traceparent())
         self._kept.append(deliver)
         self.send(self._numbered(deliver))
         return deliver.sequence
@@ -294,7 +295,7 @@ class PlaceLink(SharedPlace):
         self.send(robot_link.UnsubscribeTopic(topic))
 
     def _ask(self, number: int, service: str, payload: bytes) -> None:
-        if not self.send(robot_link.ServiceCall(number, service, payload)):
+        if not self.send(robot_link.ServiceCall(number, service, payload, traceparent())):
             raise Unavailable("the robot has no container at the moment; try again")
 
     def send(self, frame: robot_link.ToContainer) -> bool:

@@ -1,7 +1,7 @@
 """Machine link: messages between a container and the agent of its machine.
 
 A container has no credentials of any store and no session on the fabric. It sends requests to its agent, which knows
-its user and robot.
+its user and robot. ``trace`` of a request is the ``traceparent`` of what it is made for; empty for none.
 """
 
 from typing import Any
@@ -13,6 +13,7 @@ from engine.protocols.versions import UNSTATED, Protocols
 from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import StoredPlan
+from ppaas.tracing.spans import SpanRecord
 from storage.plan_checks import array_of
 from storage.records import CloneLogChange, PlanRecord
 
@@ -50,6 +51,7 @@ class SaveClone(msgspec.Struct, tag="save_clone"):
     request: int
     nodes: dict[str, bytes]
     changes: list[CloneLogChange] = []
+    trace: str = ""
 
 
 class ReadLog(msgspec.Struct, tag="read_log"):
@@ -65,6 +67,7 @@ class KeepPlan(msgspec.Struct, tag="keep_plan"):
 
     request: int
     plan: PlanRecord
+    trace: str = ""
 
 
 class FindPlans(msgspec.Struct, tag="find_plans"):
@@ -78,6 +81,7 @@ class FindPlans(msgspec.Struct, tag="find_plans"):
     robot_radius: float
     tolerance: float
     kinematic: bool
+    trace: str = ""
 
 
 class AskHistory(msgspec.Struct, tag="ask_history"):
@@ -98,6 +102,7 @@ class PrepareIndex(msgspec.Struct, tag="prepare_index"):
 
     request: int
     planner: str
+    trace: str = ""
 
 
 class FabricPublish(msgspec.Struct, tag="share"):
@@ -127,7 +132,14 @@ class RecordBatch(msgspec.Struct, tag="record"):
     batch: bytes
 
 
-Unanswered = NoteHistory | FabricPublish | MapInUse | RecordBatch
+class SpansEnded(msgspec.Struct, tag="spans"):
+    """Spans of the container that have ended, and the number of further ones that it has dropped."""
+
+    spans: list[SpanRecord]
+    dropped: int = 0
+
+
+Unanswered = NoteHistory | FabricPublish | MapInUse | RecordBatch | SpansEnded
 """Frames of a container that have no answer."""
 
 FromContainer = (

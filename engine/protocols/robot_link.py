@@ -198,12 +198,16 @@ FromContainer = (
 
 
 class Deliver(msgspec.Struct, tag="deliver"):
-    """A message for a topic, as JSON. With sequence 0 it may be lost; with any other it must arrive."""
+    """A message for a topic, as JSON. With sequence 0 it may be lost; with any other it must arrive.
+
+    ``trace`` is the ``traceparent`` of what it is sent for; empty for none.
+    """
 
     topic: str
     payload: bytes
     client: int
     sequence: int = 0
+    trace: str = ""
 
 
 class SubscribeTopic(msgspec.Struct, tag="subscribe"):
@@ -220,11 +224,15 @@ class UnsubscribeTopic(msgspec.Struct, tag="unsubscribe"):
 
 
 class ServiceCall(msgspec.Struct, tag="call"):
-    """Call a service of the clone; the request is JSON."""
+    """Call a service of the clone; the request is JSON.
+
+    ``trace`` is the ``traceparent`` of what it is called for; empty for none.
+    """
 
     call: int
     service: str
     payload: bytes
+    trace: str = ""
 
 
 class Shutdown(msgspec.Struct, tag="stop"):

@@ -40,6 +40,7 @@ from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
 from engine.remote.settings_check import check_settings
 from engine.runtimes.compilation.cache_folder import ensure_cache
+from engine.tracing.recording import MACHINE, begin_traces, end_traces
 from ppaas.clock import monotonic
 from ppaas.decoding import from_json
 from ppaas.errors import Conflict, PPaaSError, Unavailable
@@ -276,10 +277,13 @@ def main() -> None:
     try:
         membership = membership_in(folder)
         with sole_owner(folder / LOCK, f"the folder {folder} of this machine", "join from another folder with --data"):
+            begin_traces(MACHINE, membership.machine)
             uvloop.run(stay(membership, options))
     except PPaaSError as error:
         logger.error("the machine cannot run: %s", error)
         sys.exit(1)
+    finally:
+        end_traces()
 
 
 if __name__ == "__main__":

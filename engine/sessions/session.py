@@ -31,6 +31,7 @@ from ppaas.messages.geometry_msgs import Twist
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
+from ppaas.tracing.spans import within
 from ppaas.wire import operations
 from ppaas.wire.goals import refusal
 from ppaas.wire.names import ros1_type, ros2_spelling
@@ -468,7 +469,8 @@ class ClientSession:
 
     def _execute(self, operation: operations.ClientOperation | operations.RefusedOperation) -> None:
         try:
-            self._handlers[type(operation)](operation)
+            with within(getattr(operation, "traceparent", None) or ""):
+                self._handlers[type(operation)](operation)
         except PPaaSError as error:
             self._place.health.refused(self._client, self._topic_of(operation), error)
             self._report_error(error, operation_id=getattr(operation, "id", None))

@@ -10,6 +10,7 @@ from ppaas.nodes.frames import BASE_LINK, FrameNames
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
+from ppaas.tracing.spans import Sampling
 from ppaas.traffic.taking_part import traffic_checkpoint
 
 ContainerKind = Literal["robot", "planning", "coordinator", "traffic"]
@@ -237,6 +238,8 @@ class Launch(msgspec.Struct, frozen=True):
         Name of the machine.
     compiled : bool
         Whether all kernels are compiled; if not, the container asks its machine for those that it needs.
+    traces : Sampling, optional
+        Which traces the container begins; None if it records no spans.
     """
 
     spec: ContainerSpec
@@ -249,6 +252,7 @@ class Launch(msgspec.Struct, frozen=True):
     allowed: tuple[str, ...] = ()
     on: str = ""
     compiled: bool = True
+    traces: Sampling | None = None
 
 
 def base_frame(robot: RobotConfig | None) -> str:

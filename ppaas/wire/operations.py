@@ -23,7 +23,10 @@ _EMPTY = msgspec.Raw(b"{}")
 
 
 class Operation(msgspec.Struct, tag_field="op"):
-    """Base of all operations; a frame carries one operation."""
+    """Base of all operations; a frame carries one operation.
+
+    ``traceparent``, where an operation has it, is the trace of the client for which it is sent (W3C Trace Context).
+    """
 
 
 # -- topics ------------------------------------------------------------------------------------------------------------
@@ -36,6 +39,7 @@ class Publish(Operation, tag="publish"):
     msg: msgspec.Raw = _EMPTY
     id: Id = None
     latch: bool | None = False
+    traceparent: str | None = None
 
 
 class Advertise(Operation, tag="advertise"):
@@ -89,6 +93,7 @@ class CallService(Operation, tag="call_service"):
     type: str | None = None
     timeout: float | None = None
     fragment_size: float | None = 0
+    traceparent: str | None = None
 
 
 class AdvertiseService(Operation, tag="advertise_service"):
@@ -124,6 +129,7 @@ class SendActionGoal(Operation, tag="send_action_goal"):
     id: Id = None
     args: msgspec.Raw = _EMPTY
     feedback: bool | None = False
+    traceparent: str | None = None
 
 
 class CancelActionGoal(Operation, tag="cancel_action_goal"):

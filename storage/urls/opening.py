@@ -12,6 +12,7 @@ from typing import TypeVar, cast
 
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, NotFound
+from ppaas.tracing.spans import traced
 from storage.disk_space import DiskReserve, GuardedStore
 from storage.ports import MapStore, Store
 from storage.urls.base import Backend
@@ -44,7 +45,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
     """
     url = with_password(url)
     backend = backend_of(url, STORES)
-    store = _guarded(_open(backend, url), url, reserve)
+    store = traced(_guarded(_open(backend, url), url, reserve), "store")
     if outbox is None or not backend.remote:
         return store
     # Imported here because only remote stores need them.
@@ -57,7 +58,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
 def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
     """Open the store of maps; parameters and errors are the same as for ``open_store``."""
     url = with_password(url)
-    return _guarded(_open(backend_of(url, MAP_STORES), url), url, reserve)
+    return traced(_guarded(_open(backend_of(url, MAP_STORES), url), url, reserve), "map store")
 
 
 def open_existing_store(url: str) -> Store:

@@ -1,10 +1,11 @@
-"""Progress to the active goal, and the actions' status, feedback and results."""
+"""Progress to the active goal, and the actions' status, feedback and results, with the traces of goals."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from ppaas.bounded import BoundedDict
 from ppaas.controllers.followed_path import FollowedPath
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 from ppaas.messages.actionlib_msgs import Status
@@ -30,6 +31,7 @@ from ppaas.nodes.action_publisher import ActionPublisher, status_array, status_o
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
+from ppaas.tracing.spans import NOTHING, Span, Within, entry, traceparent
 
 # -- progress to the active goal ---------------------------------------------------------------------------------------
 
@@ -176,6 +178,41 @@ class GoalProgress:
         return self.distance / max(self._speed, SLOWEST)
 
 
+# -- traces of goals: a span from the goal to its result, of which plans for it are parts ------------------------------
+
+MOST_TRACED = 100
+"""Number of goals without a result whose spans are known; the oldest are forgotten first."""
+
+FAILED = (Status.ABORTED, Status.REJECTED, Status.LOST)
+"""Results that are errors of a span."""
+
+
+class GoalTraces:
+    """Spans of the goals of a robot that have no result yet."""
+
+    def __init__(self) -> None:
+        self._spans: BoundedDict[str, Span] = BoundedDict(MOST_TRACED)
+
+    def begin(self, goal: Goal) -> None:
+        """Begin the span of a goal: in the trace of the client that sent it, or in a new one."""
+        x, y = goal.pose[:2]
+        begun = entry("goal", traceparent(), {"ppaas.goal": goal.id, "ppaas.goal.x": x, "ppaas.goal.y": y})
+        if begun is not NOTHING:
+            self._spans[goal.id] = begun
+
+    def of(self, goal: Goal | None) -> Within:
+        """Return a context manager whose block works for a goal; for None, it changes nothing."""
+        return (NOTHING if goal is None else self._spans.get(goal.id, NOTHING)).active()
+
+    def end(self, goal: Goal, status: Status, text: str) -> None:
+        """End the span of a goal with its result."""
+        ended = self._spans.pop(goal.id, NOTHING)
+        ended.set({"ppaas.goal.status": status.name.lower()})
+        if status in FAILED:
+            ended.fail(status.name.lower(), text)
+        ended.end()
+
+
 # -- publishers of the actions ``move_base`` and ``navigate_through_poses`` --------------------------------------------
 
 NONE, UNKNOWN = 0, 9100
@@ -192,9 +229,15 @@ class ActionTopics:
     ----------
     context : Context
         The node's context.
+
+    Attributes
+    ----------
+    traces : GoalTraces
+        Traces of the goals, which end with their results.
     """
 
     def __init__(self, context: Context) -> None:
+        self.traces = GoalTraces()
         self._context = context
         self._through: ActionPublisher[Goal] = ActionPublisher(context, NAVIGATE_THROUGH_POSES)
         self._next_progress = float("-inf")
@@ -246,6 +289,7 @@ class ActionTopics:
 
     def result(self, goal: Goal, status: Status, text: str) -> None:
         """Publish the result of a goal by the action by which it came."""
+        self.traces.end(goal, status, text)
         if goal.many:
             succeeded = status is Status.SUCCEEDED
             code, end = (NONE, WaypointProgress.COMPLETED) if succeeded else (UNKNOWN, WaypointProgress.FAILED)

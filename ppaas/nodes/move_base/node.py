@@ -295,6 +295,7 @@ class MoveBaseNode(Node):
             self._topics.result(goal, Status.REJECTED, refusal)
             return
         if not self._machine.goals.knows(name, self.context.elapsed()):
+            self._topics.traces.begin(goal)
             self._planner.head_for(pose)
             self._behaviors.preempt(f"Replaced by another goal: {name}")
         self._feed(events.GoalReceived(self.context.elapsed(), goal))

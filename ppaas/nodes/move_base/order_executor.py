@@ -237,7 +237,9 @@ class OrderExecutor:
         except TransformError as error:
             self._feed(events.PlanFailed(self._context.elapsed(), order.number, error))
             return
-        self._planner.request(start, order.goal, partial(self._on_planned, order), order.through)
+        active = self._goals.active
+        with self._topics.traces.of(None if active is None else active.goal):
+            self._planner.request(start, order.goal, partial(self._on_planned, order), order.through)
 
     def _on_planned(self, order: move_base.RequestPlan, result: Planned) -> None:
         now, number = self._context.elapsed(), order.number

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from ppaas.errors import PlanCancelled, PPaaSError, Unavailable
 from ppaas.nodes.base import Context, Job
+from ppaas.tracing.spans import carried
 
 T = TypeVar("T")
 
@@ -56,7 +57,7 @@ class PlannerQueue:
         if len(self._waiting) >= MAX_WAITING:
             raise Unavailable(f"{MAX_WAITING} plan requests are already waiting; try again later")
         ticket = _Ticket()
-        self._waiting.append((ticket, work, done))  # type: ignore[arg-type]
+        self._waiting.append((ticket, carried(work), carried(done)))  # type: ignore[arg-type]
         self._next()
         return ticket
 

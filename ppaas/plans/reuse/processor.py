@@ -39,6 +39,7 @@ from ppaas.plans.stored import (
     own_parameters,
 )
 from ppaas.plugins import parameters_in_use
+from ppaas.tracing.spans import span
 
 
 class PlanIds:
@@ -198,6 +199,12 @@ class PlanProcessor:
         PlanCancelled
             This thread must not wait for stored plans: run the request again in one that may.
         """
+        with span("plan", {"ppaas.planner": planner.name}) as planning:
+            result = self._plan(planner, costmap, request, reuse=reuse)
+            planning.set({"ppaas.plan.origin": result.origin, "ppaas.plan.length": result.length})
+            return result
+
+    def _plan(self, planner: Planner, costmap: Costmap, request: PlanRequest, *, reuse: bool) -> PlanResult:
         cells, key = self._key(planner, request)
         if reuse and self._clock() >= self._refused.get(key, -math.inf):
             found = self._reused(planner, costmap, request, cells)
@@ -207,7 +214,8 @@ class PlanProcessor:
             if self.verdict.is_lasting:
                 self._refused[key] = self._clock() + REFUSAL_TIME
         try:
-            result = planner.plan(costmap, request)
+            with span("computation", {"ppaas.planner": planner.name}):
+                result = planner.plan(costmap, request)
         except PlanCancelled:
             raise  # a cancellation is no failure of the planner
         except PlanningError:
@@ -260,7 +268,8 @@ class PlanProcessor:
         if not self._library.may_wait():
             raise PlanCancelled("this thread cannot wait for stored plans; the request restarts in one that can")
         began = self._clock()
-        candidate = self._search(planner, costmap, request, computation.lower / margin)
+        with span("search for a stored plan"):
+            candidate = self._search(planner, costmap, request, computation.lower / margin)
         if candidate is None:
             return None
         conditions = self._common(planner)[False][0]

@@ -13,6 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.log_lines import AS_JSON, VARIABLE, JsonFormatter, LineFormatter, escaped, log_fields, refusal
+from ppaas.tracing.spans import entry, within
+from tests.support.recorded_spans import recorded_spans
 from tests.support.sources import ROOT
 
 FORGED = "x\n17:00:00 INFO cloud: all is well\x1b[31m\r\x9b2J\u2028\u202e"
@@ -146,6 +148,15 @@ def test_fields_are_those_of_the_task_and_of_the_record() -> None:
     assert (inner["robot"], inner["request"], inner["goal"]) == ("ann:tb1", "r2", "g7")
     assert "other" not in inner
     assert (outer["request"], "request" in as_json("x")) == ("r1", False)
+
+
+def test_a_record_names_the_trace_that_it_was_written_for() -> None:
+    with within("00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"):
+        assert "trace_id" not in as_json("traces are off")
+    with recorded_spans() as recorded, entry("request", ""):
+        found = as_json("x")
+    [span] = recorded
+    assert (found["trace_id"], found["span_id"]) == (span.trace, span.id)
 
 
 @pytest.mark.parametrize(

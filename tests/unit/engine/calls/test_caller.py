@@ -22,8 +22,10 @@ from ppaas.errors import (
     QuotaExceeded,
     Unavailable,
 )
+from ppaas.tracing.spans import entry
 from tests.support.budget import examples
 from tests.support.engine.engine_links import connection, pair, receive
+from tests.support.recorded_spans import recorded_spans
 from tests.support.waiting import patience, until
 
 
@@ -165,6 +167,19 @@ async def test_calls_go_both_ways_at_once(ends: Ends) -> None:
     words = [f"word {number}" for number in range(20)]
     calls = [ends.caller.call(DeskCalls.ask_back, word) for word in words]
     assert await asyncio.gather(*calls) == [word.upper() for word in words]
+
+
+async def test_a_call_is_part_of_the_trace_of_its_caller(ends: Ends) -> None:
+    with recorded_spans() as recorded:
+        assert await ends.caller.call(SumCalls.add, 1, 1) == 2
+        with entry("request", ""):
+            assert await ends.caller.call(DeskCalls.ask_back, "word") == "WORD"
+            with pytest.raises(Conflict):
+                await ends.caller.call(DeskCalls.fail)
+    back, asked, failed, request = recorded
+    assert [span.name for span in recorded] == ["VisitorCalls.shout", "DeskCalls.ask_back", "DeskCalls.fail", "request"]
+    assert (back.parent, asked.parent, failed.parent) == (asked.id, request.id, request.id)
+    assert (asked.error, failed.error) == ("", "conflict")
 
 
 async def test_a_slow_call_does_not_hold_up_the_next(ends: Ends) -> None:

@@ -15,6 +15,8 @@ from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostm
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.people_coordination import GoalUpdate
 from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.tracing.spans import within
+from tests.support.recorded_spans import recorded_spans
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
 
@@ -86,6 +88,41 @@ def test_generated_goal_ids_are_unique(driving):
     ids = [result.status.goal_id.id for result in driving.results]
     assert len(set(ids)) == 3
     assert all(each.startswith("move_base-") for each in ids)
+
+
+PARENT = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+
+
+def test_the_plans_of_a_goal_are_parts_of_its_span_until_its_result(driving):
+    goal = MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), GoalID(Time(50, 0), "mine"))
+    with recorded_spans() as recorded:
+        with within(PARENT):
+            driving.graph.inject("move_base/goal", goal)
+        driving.run(1.0)
+        assert "goal" not in {span.name for span in recorded}
+        with within("00-1af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"):
+            driving.graph.inject("move_base/goal", goal)  # the same one, sent again
+        driving.run(30.0)
+    [ended] = [span for span in recorded if span.name == "goal"]
+    plans = [span for span in recorded if span.name == "plan"]
+    assert plans and {span.parent for span in plans} == {ended.id}
+    assert (ended.trace, ended.parent) == (PARENT[3:35], PARENT[36:52])
+    assert ended.attributes.items() >= {"ppaas.goal": "mine", "ppaas.goal.status": "succeeded"}.items()
+    assert not ended.error
+
+
+def test_each_goal_has_a_span_and_one_that_is_refused_has_failed(driving):
+    with recorded_spans() as recorded:
+        for name in ("first", "second"):
+            goal_id = GoalID(Time(50, 0), name)
+            driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), goal_id))
+        outside = MoveBaseActionGoal(MoveBaseGoal(stamped(Pose2D(0.0, 0.0, 0.0))), GoalID(Time(51, 0), "in the wall"))
+        driving.graph.inject("move_base/goal", outside)
+        driving.run(60.0)
+    goals = {span.attributes["ppaas.goal"]: span for span in recorded if span.name == "goal"}
+    assert [goals[name].attributes["ppaas.goal.status"] for name in ("first", "second")] == ["preempted"] * 2
+    assert len({span.trace for span in goals.values()}) == 3
+    assert (goals["in the wall"].error, bool(goals["in the wall"].message)) == ("aborted", True)
 
 
 def test_goal_is_cancelled_by_its_id(driving):

@@ -12,6 +12,8 @@ from ppaas.nodes.planner_server.planner_queue import MAX_WAITING, PlannerQueue
 from ppaas.planners.base import PlanRequest
 from ppaas.plans.history import PlannerHistory
 from ppaas.plans.reuse.setup import ReuseSetup
+from ppaas.tracing.spans import entry, traceparent
+from tests.support.recorded_spans import recorded_spans
 from tests.support.world.grids import centre, costmap
 
 
@@ -52,6 +54,18 @@ def test_jobs_that_run_at_once_are_done_in_order():
     for name in "abc":
         plans.submit(lambda cancelled, name=name: name, done.append)
     assert done == ["a", "b", "c"]
+
+
+def test_each_job_works_for_the_trace_that_it_was_submitted_for():
+    plans, worker, done = queue()
+    with recorded_spans() as recorded:
+        for name in ("first", "second"):
+            with entry(name, ""):
+                plans.submit(lambda cancelled: traceparent(), lambda trace: done.append((trace, traceparent())))
+        for _ in range(2):
+            worker.run_one()
+    wanted = [f"00-{span.trace}-{span.id}-01" for span in recorded]
+    assert done == [(trace, trace) for trace in wanted] and len(set(wanted)) == 2
 
 
 def test_a_job_may_submit_the_next():

@@ -1,0 +1,1 @@
+"""Traces of requests and goals through the processes of a cloud."""
