@@ -3,13 +3,16 @@
 import asyncio
 import shutil
 import socket
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
+from playwright.async_api import Browser
 
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
+from tests.support.cloud.browser import browsing
 from tests.support.cloud.cloud import RunningCloud, running_cloud
 
 ROSLIB = Path(__file__).parent / "roslib"
@@ -22,6 +25,13 @@ def node() -> str:
     if found is None or not (ROSLIB / "node_modules" / "roslib").is_dir():
         pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
     return found
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def browser() -> AsyncIterator[Browser]:
+    """Return a browser for the tests of a module, each of which opens a context without data of the others."""
+    async with browsing() as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

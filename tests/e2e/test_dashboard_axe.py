@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.async_api import BrowserContext, Page, expect
+import pytest_asyncio
+from playwright.async_api import Browser, BrowserContext, Page, expect
 
 from tests.e2e.test_dashboard_zones import zones
-from tests.support.cloud.browser import PHONE, browsing, enter, looking
+from tests.support.cloud.browser import PHONE, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.zones import ZonesOfMap
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 AXE = Path(__file__).parent / "axe" / "node_modules" / "axe-core" / "axe.min.js"
 GRAVE = ("critical", "serious")
@@ -28,16 +29,15 @@ FAULTS = """async (grave) => (await axe.run()).violations
     .flatMap(({ id, nodes }) => nodes.map(({ target, any }) => `${id}: ${target} ${any[0]?.message ?? ""}`))"""
 
 
-@pytest.fixture(params=LOOKS)
-async def context(request: pytest.FixtureRequest) -> AsyncIterator[BrowserContext]:
-    """Return a browser of one size and colour scheme, which the page may not forbid to run axe."""
+@pytest_asyncio.fixture(loop_scope="module", params=LOOKS)
+async def context(request: pytest.FixtureRequest, browser: Browser) -> AsyncIterator[BrowserContext]:
+    """Return a browser context of one size and colour scheme, which the page may not forbid to run axe."""
     if not AXE.exists():
         pytest.skip("no axe-core: run make setup with Node 20 and npm")
-    async with browsing() as browser:
-        fresh = await browser.new_context(**request.param)
-        await fresh.add_init_script(path=AXE)
-        yield fresh
-        await fresh.close()
+    fresh = await browser.new_context(**request.param)
+    await fresh.add_init_script(path=AXE)
+    yield fresh
+    await fresh.close()
 
 
 async def test_nothing_is_grave_at_the_login(context: BrowserContext) -> None:

@@ -3,17 +3,18 @@
 from collections.abc import AsyncIterator
 
 import pytest
-from playwright.async_api import Page, expect
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
 
 from engine.master.places import robot_key
 from engine.protocols.robot_link import ContainerBeat
 from engine.specs.robot_report import StateReport
 from ppaas.messages.actionlib_msgs import Status
-from tests.support.cloud.browser import DESK, browsing, enter, looking
+from tests.support.cloud.browser import DESK, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.waiting import until
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 ROBOTS = 500
 ALL = ROBOTS + 1
@@ -24,15 +25,11 @@ VISIBLE = 50
 """Most rows that the page draws on a desk."""
 
 
-@pytest.fixture
-async def table() -> AsyncIterator[Page]:
+@pytest_asyncio.fixture(loop_scope="module")
+async def table(browser: Browser) -> AsyncIterator[Page]:
     """Return a page that shows the table of a fleet, of which the first robots are connected."""
-    sockets, served, started = (
-        RobotSockets(),
-        serving_fleet(ROBOTS, lambda number: number < CONNECTED, ("mower",)),
-        browsing(),
-    )
-    async with served as (url, token, cloud), started as browser, sockets.beating():
+    sockets, served = RobotSockets(), serving_fleet(ROBOTS, lambda number: number < CONNECTED, ("mower",))
+    async with served as (url, token, cloud), sockets.beating():
         context = await browser.new_context(viewport=DESK)
         async with looking(context) as page:
             await sockets.answer(page)
@@ -101,9 +98,9 @@ async def test_a_robot_of_another_map_is_shown_on_that_map(table: Page) -> None:
     await expect(table.locator("#robot-card .name")).to_have_text("mower")
 
 
-async def test_of_many_robots_on_a_map_few_have_sockets_and_all_are_placed() -> None:
+async def test_of_many_robots_on_a_map_few_have_sockets_and_all_are_placed(browser: Browser) -> None:
     sockets, served = RobotSockets(), serving_fleet(MANY)
-    async with served as (url, token, _), browsing() as browser, sockets.beating():
+    async with served as (url, token, _), sockets.beating():
         context = await browser.new_context(viewport=DESK)
         async with looking(context) as page:
             await sockets.answer(page)

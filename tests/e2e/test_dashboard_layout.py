@@ -5,14 +5,15 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, Locator, Page, expect
 
-from tests.support.cloud.browser import PHONE, browsing, enter, looking
+from tests.support.cloud.browser import PHONE, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.zones import ZonesOfMap
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 WIDE = {"width": 1440, "height": 900}
 ROBOTS = 12
@@ -36,12 +37,11 @@ class Fleet:
         await expect(page.locator("#robots > li")).to_have_count(ROBOTS)
 
 
-@pytest.fixture
-async def fleet() -> AsyncIterator[Fleet]:
+@pytest_asyncio.fixture(loop_scope="module")
+async def fleet(browser: Browser) -> AsyncIterator[Fleet]:
     """Return a fleet of which all robots but the last two are connected."""
-    served, started = serving_fleet(ROBOTS, lambda number: number < ROBOTS - 2), browsing()
-    sockets = RobotSockets()
-    async with served as (url, token, cloud), started as browser, sockets.beating():
+    served, sockets = serving_fleet(ROBOTS, lambda number: number < ROBOTS - 2), RobotSockets()
+    async with served as (url, token, cloud), sockets.beating():
         yield Fleet(url, token, cloud, browser, sockets)
 
 

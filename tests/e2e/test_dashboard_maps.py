@@ -4,18 +4,18 @@ import re
 from dataclasses import replace
 
 import pytest
-from playwright.async_api import expect
+from playwright.async_api import Browser, expect
 
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import OCCUPIED, GridMap
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
-from tests.support.cloud.browser import browsing, enter, looking
+from tests.support.cloud.browser import enter, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map
 from tests.support.cloud.drive import driving
 from tests.support.world.places import free_pose
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 NAME_OF_MAP = "annex"
 
@@ -44,12 +44,14 @@ async def login_of(cloud: RunningCloud, user: str) -> tuple[RestClient, str]:
     return rest, (await rest.login(user, ADMIN_PASSWORD)).token
 
 
-async def test_a_map_is_drawn_while_a_robot_makes_it_and_published(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_map_is_drawn_while_a_robot_makes_it_and_published(
+    cloud: RunningCloud, office_map: GridMap, browser: Browser
+) -> None:
     rest, token = await login_of(cloud, "mapper")
     await rest.put_robot("scout", RobotFile(map=f"new:{NAME_OF_MAP}"))
     start = free_pose(office_map, seed=4)
-    robot_drives, browser_started = driving(cloud.url, token, "scout", office_map, start), browsing()
-    async with robot_drives, browser_started as browser, looking(await browser.new_context()) as page:
+    robot_drives = driving(cloud.url, token, "scout", office_map, start)
+    async with robot_drives, looking(await browser.new_context()) as page:
         await enter(page, cloud.url, token)
         await expect(page.locator("#map-choice option")).to_have_text(f"{NAME_OF_MAP}, being made (1)")
         robot = page.get_by_role("button", name="scout")
@@ -64,11 +66,13 @@ async def test_a_map_is_drawn_while_a_robot_makes_it_and_published(cloud: Runnin
     assert (await rest.get(f"/v1/maps/{NAME_OF_MAP}"))["parts"] == ["image", "posegraph", "yaml"]
 
 
-async def test_a_change_is_shown_and_approved_or_refused(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_change_is_shown_and_approved_or_refused(
+    cloud: RunningCloud, office_map: GridMap, browser: Browser
+) -> None:
     rest, token = await login_of(cloud, "surveyor")
     await publish_map(rest, "hall", office_map)
     reviewed = [await propose(rest, office_map, number) for number in (1, 2)]
-    async with browsing() as browser, looking(await browser.new_context()) as page:
+    async with looking(await browser.new_context()) as page:
         await enter(page, cloud.url, token)
         first, second = page.locator("#reviews > li").last, page.locator("#reviews > li").first
         await expect(first).to_contain_text("by surveyor: shelf 1")

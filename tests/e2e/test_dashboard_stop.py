@@ -4,19 +4,20 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
-from playwright.async_api import Page, expect
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
 
-from tests.support.cloud.browser import DESK, PHONE, browsing, enter, looking
+from tests.support.cloud.browser import DESK, PHONE, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 
-@pytest.fixture(params=[DESK, PHONE], ids=["desk", "phone"])
-async def page(request: pytest.FixtureRequest) -> AsyncIterator[Page]:
+@pytest_asyncio.fixture(loop_scope="module", params=[DESK, PHONE], ids=["desk", "phone"])
+async def page(request: pytest.FixtureRequest, browser: Browser) -> AsyncIterator[Page]:
     """Return a page of a fleet of two."""
     sockets = RobotSockets()
-    async with serving_fleet(2) as (url, token, _), browsing() as browser, sockets.beating():
+    async with serving_fleet(2) as (url, token, _), sockets.beating():
         context = await browser.new_context(viewport=request.param)
         async with looking(context, "503") as opened:
             await sockets.answer(opened)

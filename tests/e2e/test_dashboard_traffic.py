@@ -6,17 +6,18 @@ from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 
 import pytest
+import pytest_asyncio
 from msgspec.structs import replace
-from playwright.async_api import Page, Request, expect
+from playwright.async_api import Browser, Page, Request, expect
 
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import TrafficState
-from tests.support.cloud.browser import DESK, browsing, enter, looking
+from tests.support.cloud.browser import DESK, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.traffic import serving_traffic
 from tests.support.waiting import until
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 UNAVAILABLE = r"^Failed to load resource: .* 503"
 KEY = ("ann", "house")
@@ -47,11 +48,10 @@ class Watched:
         self.cloud.traffic_states[KEY] = replace(state, header=header, robots=robots, goals=goals)
 
 
-@pytest.fixture
-async def watched() -> AsyncIterator[Watched]:
+@pytest_asyncio.fixture(loop_scope="module")
+async def watched(browser: Browser) -> AsyncIterator[Watched]:
     """Return a page of ann, who has two robots in the traffic of the map house."""
-    served, started = serving_traffic(), browsing()
-    async with served as (url, token, cloud), started as browser:
+    async with serving_traffic() as (url, token, cloud):
         context = await browser.new_context(viewport=DESK)
         async with looking(context, rf"{UNAVAILABLE}|willReadFrequently") as page:
             asked: list[float] = []

@@ -8,15 +8,16 @@ from typing import Any
 
 import msgspec
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, BrowserContext, Locator, Page, expect
 
 from ppaas.geometry import Pose2D
 from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import ZoneSet
-from tests.support.cloud.browser import DESK, PHONE, Eye, browsing, enter, looking
+from tests.support.cloud.browser import DESK, PHONE, Eye, enter, looking
 from tests.support.endpoints.zones import GRID, ZonesOfMap, serving_map
 
-pytestmark = pytest.mark.journey
+pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 SQUARE = [[4, 4], [8, 4], [8, 8], [4, 8], [4, 4]]
 EXPECTED = r"willReadFrequently|^Failed to load resource: .* 4(00|09|22)"
@@ -89,14 +90,13 @@ class Shown:
         await expect(self.page.locator(".toast").last).to_contain_text("The zones are saved")
 
 
-@pytest.fixture
-async def shown() -> AsyncIterator[Shown]:
+@pytest_asyncio.fixture(loop_scope="module")
+async def shown(browser: Browser) -> AsyncIterator[Shown]:
     """Return a page of ann, whose map has a zone that is in force and one that is not."""
     given = ZonesOfMap(
         zones({"name": "<b>dock", "kind": "keep_out"}, {"name": "aisle", "kind": "no_stop"}), ["<b>dock"]
     )
-    served, started = serving_map(), browsing()
-    async with served as (url, ann, _), started as browser, looking(await desk(browser), EXPECTED) as page:
+    async with serving_map() as (url, ann, _), looking(await desk(browser), EXPECTED) as page:
         await given.answer(page)
         await enter(page, url, ann)
         await expect(page.locator("#zones > li")).to_have_count(2)
@@ -262,10 +262,9 @@ async def test_changes_of_somebody_else_are_told_and_reloaded(shown: Shown) -> N
     assert rules_of(shown.given.zones) == [{"name": "gate", "kind": "keep_out"}]
 
 
-async def test_readers_of_a_map_see_its_zones_without_tools() -> None:
+async def test_readers_of_a_map_see_its_zones_without_tools(browser: Browser) -> None:
     given = ZonesOfMap(zones({"name": "dock", "kind": "keep_out"}), ["dock"])
-    served, started = serving_map(), browsing()
-    async with served as (url, _, bob), started as browser, looking(await desk(browser), EXPECTED) as page:
+    async with serving_map() as (url, _, bob), looking(await desk(browser), EXPECTED) as page:
         await given.answer(page)
         await enter(page, url, bob)
         await page.get_by_role("button", name="dock").click()
@@ -277,9 +276,9 @@ async def test_readers_of_a_map_see_its_zones_without_tools() -> None:
         await expect(group).to_be_hidden(timeout=20_000)  # it looks again after ten seconds
 
 
-async def test_a_zone_is_drawn_by_touch_on_a_phone() -> None:
+async def test_a_zone_is_drawn_by_touch_on_a_phone(browser: Browser) -> None:
     given = ZonesOfMap()
-    async with serving_map() as (url, ann, _), browsing() as browser:
+    async with serving_map() as (url, ann, _):
         context = await browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)
         async with looking(context, EXPECTED) as page:
             await given.answer(page)

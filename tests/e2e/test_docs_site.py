@@ -17,7 +17,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.resources.services import Services
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from tests.support.cloud.browser import DESK, PHONE, browsing, looking
+from tests.support.cloud.browser import DESK, PHONE, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.serving import serve
 from tests.support.sources import pyproject
@@ -42,12 +42,6 @@ async def address(site: Path) -> AsyncIterator[str]:
     async with serve(app) as port:
         yield f"http://127.0.0.1:{port}/docs-site/"
     accounts.close()
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def browser() -> AsyncIterator[Browser]:
-    async with browsing() as browser:
-        yield browser
 
 
 async def test_each_page_of_the_project_is_in_the_site(site: Path) -> None:

@@ -8,7 +8,7 @@ port.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from urllib.parse import parse_qsl, unquote, urlsplit
+from urllib.parse import SplitResult, parse_qsl, unquote, urlsplit
 
 from ppaas.errors import InvalidInput
 from ppaas.plans.encoding.granularity import GRANULARITY, MOST_GRANULARITY
@@ -100,7 +100,7 @@ def parse_address(url: str) -> CassandraAddress:
         The URL is malformed, or a setting is unknown or out of range. The message contains no password.
     """
     try:
-        parts = urlsplit(url)
+        parts = _parts(url)
     except ValueError as error:
         raise InvalidInput(f"not a URL of a Cassandra cluster: {_FORM}") from error
     login, _, places = parts.netloc.rpartition("@")
@@ -125,6 +125,12 @@ def parse_address(url: str) -> CassandraAddress:
         _data_centre(settings.get("data_centre")),
         _tls(settings),
     )
+
+
+def _parts(url: str) -> SplitResult:
+    """Split a URL; newer Pythons refuse an address in brackets that is not the only host, so they see none."""
+    parts = urlsplit(url.replace("[", "%5B").replace("]", "%5D"))
+    return parts._replace(netloc=parts.netloc.replace("%5B", "[").replace("%5D", "]"))
 
 
 def _hosts(places: str) -> tuple[tuple[str, ...], int]:

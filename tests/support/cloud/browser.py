@@ -62,8 +62,11 @@ async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterat
     page.set_default_timeout(1e3 * PATIENCE)  # of actions; `expect` has its own
     page.on("console", hear)
     page.on("pageerror", lambda error: complaints.append(str(error)))
-    yield page
-    assert not complaints, complaints
+    try:
+        yield page
+        assert not complaints, complaints
+    finally:
+        await page.close()  # it would go on asking the cloud, and drawing, beside the next test
 
 
 async def enter(page: Page, url: str, token: str) -> None:
