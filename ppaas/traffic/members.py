@@ -16,9 +16,12 @@ from ppaas.traffic.room_in_cells import Line
 
 Cell = int
 
-Standing = Literal["joined", "stopped", "stray", "silent", "out"]
-"""Standing of a member: planned for; or an obstacle, because it does not get on, left its way, says nothing, or an
-operator took it out."""
+Standing = Literal["joined", "stopped", "stray", "by_hand", "held", "silent", "out"]
+"""Standing of a member: planned for; or an obstacle, because it does not get on, left its way, is driven by hand, is
+stopped, says nothing, or an operator took it out."""
+
+ASIDE: dict[str, Standing] = {"": "joined", "by_hand": "by_hand", "held": "held"}
+"""Standing of a robot by what it reports as ``aside``."""
 
 
 CLOCK_SET = 2.5
@@ -104,6 +107,10 @@ class Member:
         Id of a goal to which this plan has no way.
     restored : bool
         Whether it is only known from a checkpoint: it may hold less than it is taken to hold.
+    followed_at : float
+        Time at which others were last planned around the place of a robot that is aside [s].
+    is_displaced : bool
+        Whether it touches other cells than then.
     late_since : float
         Time from which on all of its reports were older than one before; infinite if the last was not [s].
     """
@@ -129,6 +136,8 @@ class Member:
     refused: tuple[str, str] = ("", "")
     no_way: str = ""
     restored: bool = False
+    followed_at: float = float("-inf")
+    is_displaced: bool = False
     late_since: float = float("inf")
 
     @property
@@ -200,6 +209,8 @@ def check_report(report: TrafficReport) -> None:
         raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
     if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
         raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")
+    if report.aside not in ASIDE:
+        raise InvalidInput(f"robot {report.robot!r} is aside for an unknown reason, {report.aside[:32]!r}")
     if len(report.spur) > 1 or (report.spur and not _is_beside(report)):
         raise InvalidInput(f"robot {report.robot!r} reports a spur that does not begin at the end of its way")
 

@@ -10,13 +10,28 @@ from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders, spur_to
-from ppaas.traffic.members import FRESH, Arrival, Cell, Kind, Member, Outsiders, Standing, check_report, reached_by
+from ppaas.traffic.members import (
+    ASIDE,
+    FRESH,
+    Arrival,
+    Cell,
+    Kind,
+    Member,
+    Outsiders,
+    Standing,
+    check_report,
+    reached_by,
+)  # fmt: skip
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import CellsOfSizes, MakeRoadmap
 from ppaas.zones.zone import Lane, OneWay, Zone
 
 GIVEN_UP = 3
 """Number of times that a robot does not get on before goals on which it stands are refused."""
+
+
+AROUND = 2.0
+"""Shortest time between two plans around a robot that is driven by hand through the cells [s]."""
 
 
 class Occupancy:
@@ -137,7 +152,9 @@ class Occupancy:
         elif report.epoch != epoch or before.epoch != epoch or member.restored:
             self._adopt(member, report)
         member.report, member.heard_at, member.restored = report, now, False
-        if member.misfit and member.base != self._touched(member):
+        if report.aside and member.base != self._touched(member):
+            self._follow(member, now)
+        elif member.misfit and member.base != self._touched(member):
             self._stand(member)
         self._advance(member, before, now)
         self._note_goal(member, before, now)
@@ -250,12 +267,21 @@ class Occupancy:
             self.holders.hold(member.name, cell)
         self.outdated = True
 
+    def _follow(self, member: Member, now: float) -> None:
+        """Mark what a robot touches that is aside, and ask others for it; plan around its place now and then."""
+        due = self.outdated or now - member.followed_at >= AROUND
+        self._stand(member)
+        self._stop_around(member)
+        self.outdated, member.is_displaced = due, not due
+        member.followed_at = now if due else member.followed_at
+
     def _touched(self, member: Member) -> set[Cell]:
-        """Return the cells that a robot touches; none for one that drives freely."""
+        """Return the cells that a robot touches, and one that is aside until it stands; none if it drives freely."""
         at = member.report
         if self.map is None or at.free or member.standing == "out":
             return set()
-        return set(self.map.touched(at.x, at.y, at.radius).tolist())
+        reach = at.radius + at.braking if at.aside else at.radius
+        return set(self.map.touched(at.x, at.y, reach).tolist())
 
     def _stop_around(self, member: Member) -> None:
         """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
@@ -316,12 +342,12 @@ class Occupancy:
             member.refused = ("", "")
 
     def _note_standing(self, member: Member, now: float) -> None:
-        """Note whether a robot is off its way, or what it found in it."""
+        """Note whether a robot is aside or off its way, or what it found in it."""
         if member.standing == "out":
             return
-        if member.report.stray != (member.standing == "stray"):
-            member.standing = "stray" if member.report.stray else "joined"
-            self.outdated = True
+        standing: Standing = "stray" if member.report.stray and not member.report.aside else ASIDE[member.report.aside]
+        if member.standing != standing and (standing != "joined" or member.standing in {"stray", "by_hand", "held"}):
+            member.standing, self.outdated = standing, True
         if member.standing == "silent":
             member.standing, self.outdated = "joined", True
         for point in [] if self.map is None else member.report.blocked:
@@ -362,6 +388,8 @@ class Occupancy:
                 self._set_aside(member, "stopped", now)
             elif member.standing == "stopped" and now >= member.retry_at and not member.ahead:
                 member.standing, member.moved_at, self.outdated = "joined", now, True
+            elif member.is_displaced and now - member.followed_at >= AROUND:
+                member.is_displaced, member.followed_at, self.outdated = False, now, True
         for cell in self.outsiders.staying(p.patience, now):
             self.outdated |= cell not in self._blocked
             self._blocked[cell] = now + FRESH
