@@ -77,7 +77,7 @@ async def test_the_commands_of_the_page_drive_a_robot(cloud: RunningCloud) -> No
         driven = await _run(by_lines, environment)
         assert driven.returncode == 0, driven.stderr
         assert {json.loads(line)["driver"] for line in driven.stdout.splitlines()} == {"tina"}
-        assert (0.2, 0.0) in _velocities(drive, had) and (0.0, 0.5) in _velocities(drive, had)
+        assert (0.2, 0.0) in _velocities(drive, had)
         await _drives_by_keys(by_keys, environment, drive)
 
 

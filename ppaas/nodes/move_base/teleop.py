@@ -98,7 +98,7 @@ class Teleop:
         self._machine = Teleoperation(parameters, self._fastest)
         self._cycle: Timer | None = None
         self._sent = Velocity()
-        self._passed_at = self._published_at = -math.inf
+        self._passed_at = self._moved_at = self._published_at = -math.inf
         self._mode = TeleopMode.FREE
 
     @property
@@ -125,11 +125,13 @@ class Teleop:
         if not self._refusal:
             self._machine.take(command, now)
             self._hand_over(before)
-        driver = self._machine.driver
-        stops = self._sent != Velocity() == self._machine.velocity(now)
+        driver, wanted, period = self._machine.driver, self._machine.velocity(now), 1.0 / self._parameters.max_rate
+        stops = self._sent != Velocity() == wanted
+        starts = self._sent == Velocity() != wanted and now - self._moved_at >= period
         of_driver = driver is not None and driver.id == command.id
-        if driver is not before or stops or (of_driver and now - self._passed_at >= 1.0 / self._parameters.max_rate):
+        if driver is not before or stops or starts or (of_driver and now - self._passed_at >= period):
             self._passed_at = now
+            self._moved_at = now if wanted != Velocity() else self._moved_at
             self._drive(now)
             self._publish(now)
         elif not of_driver and now - self._published_at >= STATE_PERIOD:

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+import shutil
 import sys
 import termios
 import tty
@@ -107,6 +108,5 @@ def status_line(robot: str, hand: Hand, speed: float) -> str:
 
 
 def _draw(line: str) -> None:
-    width = os.get_terminal_size(sys.stdout.fileno()).columns
-    sys.stdout.write(f"\r\x1b[K{line[: max(width - 1, 1)]}")
+    sys.stdout.write(f"\r\x1b[K{line[: shutil.get_terminal_size().columns - 1]}")
     sys.stdout.flush()

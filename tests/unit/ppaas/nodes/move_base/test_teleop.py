@@ -255,6 +255,20 @@ def test_commands_that_come_too_often_are_passed_on_at_the_largest_rate_but_a_st
     assert hands.command == (0.0, 0.0)
 
 
+def test_a_command_that_moves_the_robot_is_passed_on_at_once_but_no_faster_than_the_largest_rate() -> None:
+    hands = Hands(parameters={"teleop": {"max_rate": 10.0}})
+    hands.begin()
+    hands.wait(0.2)
+    hands.send(enable=False)
+    hands.send(0.3)
+    assert hands.command == (0.3, 0.0), "it does not wait because the control was let go just now"
+    before = len(hands.driving.commands)
+    for _ in range(100):
+        hands.send(enable=False)
+        hands.send(0.3)
+    assert len(hands.driving.commands) == before + 1, "the stop alone"
+
+
 @pytest.mark.parametrize(
     ("parameters", "reason"),
     [({"follow_path": {}}, "follows paths itself")],
