@@ -29,6 +29,10 @@ CLOCK_SET = 2.5
 are late are followed sooner by one that is not."""
 
 
+AROUND = 2.0
+"""Shortest time between two plans around a robot that is driven by hand through the cells [s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Arrival:
     """Mark in the queue of a robot: it has to end its goal before it drives on."""
@@ -168,6 +172,13 @@ class Member:
             return True
         self.late_since = float("inf")
         return False
+
+    def is_due(self, now: float, *, anyway: bool) -> bool:
+        """Return whether to plan around the place of a robot that is aside: anyway, or every `AROUND` at most; note it."""
+        due = anyway or now - self.followed_at >= AROUND
+        self.is_displaced = not due
+        self.followed_at = now if due else self.followed_at
+        return due
 
     @property
     def at_goal(self) -> bool:

@@ -30,10 +30,6 @@ GIVEN_UP = 3
 """Number of times that a robot does not get on before goals on which it stands are refused."""
 
 
-AROUND = 2.0
-"""Shortest time between two plans around a robot that is driven by hand through the cells [s]."""
-
-
 class Occupancy:
     """What robots have reported, and what they hold.
 
@@ -269,19 +265,17 @@ class Occupancy:
 
     def _follow(self, member: Member, now: float) -> None:
         """Mark what a robot touches that is aside, and ask others for it; plan around its place now and then."""
-        due = self.outdated or now - member.followed_at >= AROUND
+        due = member.is_due(now, anyway=self.outdated)
         self._stand(member)
         self._stop_around(member)
-        self.outdated, member.is_displaced = due, not due
-        member.followed_at = now if due else member.followed_at
+        self.outdated = due
 
     def _touched(self, member: Member) -> set[Cell]:
         """Return the cells that a robot touches, and one that is aside until it stands; none if it drives freely."""
         at = member.report
         if self.map is None or at.free or member.standing == "out":
             return set()
-        reach = at.radius + at.braking if at.aside else at.radius
-        return set(self.map.touched(at.x, at.y, reach).tolist())
+        return set(self.map.touched(at.x, at.y, at.radius + (at.braking if at.aside else 0.0)).tolist())
 
     def _stop_around(self, member: Member) -> None:
         """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
@@ -388,8 +382,8 @@ class Occupancy:
                 self._set_aside(member, "stopped", now)
             elif member.standing == "stopped" and now >= member.retry_at and not member.ahead:
                 member.standing, member.moved_at, self.outdated = "joined", now, True
-            elif member.is_displaced and now - member.followed_at >= AROUND:
-                member.is_displaced, member.followed_at, self.outdated = False, now, True
+            elif member.is_displaced:
+                self.outdated |= member.is_due(now, anyway=self.outdated)
         for cell in self.outsiders.staying(p.patience, now):
             self.outdated |= cell not in self._blocked
             self._blocked[cell] = now + FRESH

@@ -6,6 +6,7 @@ import sys
 import msgspec
 
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 from ppaas.messages import encode
 from ppaas.messages.operators.teleoperation import DriverRequest, TeleopState
@@ -59,7 +60,7 @@ class Lines:
             self._is_closed = True
             return
         try:
-            read = msgspec.json.decode(line, type=DriveLine)
+            read = from_json(line, DriveLine)
         except msgspec.DecodeError as error:
             raise InvalidInput(f"a line by which a program drives is not valid: {error}") from error
         if not 0.0 <= read.seconds <= LONGEST:
