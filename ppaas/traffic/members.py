@@ -174,7 +174,7 @@ class Member:
         return False
 
     def is_due(self, now: float, *, anyway: bool) -> bool:
-        """Return whether to plan around the place of a robot that is aside, every `AROUND` at most or anyway; note it."""
+        """Return whether to plan around a robot that is aside, every `AROUND` at most or anyway; note it."""
         due = anyway or now - self.followed_at >= AROUND
         self.is_displaced = not due
         self.followed_at = now if due else self.followed_at
