@@ -8,7 +8,17 @@ from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure, PartSelection
-from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup, teleop
+from benchmarks.service import (
+    dashboard,
+    first_use,
+    fleet,
+    map_transfer,
+    plan_load,
+    plan_requests,
+    startup,
+    teleop,
+    teleop_browser,
+)
 
 Measure = Callable[[CloudUnderTest, Progress, bool], Awaitable[list[Figure]]]
 
@@ -21,6 +31,7 @@ PARTS: dict[str, Measure] = {
     fleet.PART: fleet.measure,
     map_transfer.PUSH: map_transfer.measure_push,
     teleop.PART: teleop.measure,
+    teleop_browser.PART: teleop_browser.measure,
 }
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 

@@ -16,7 +16,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
 from robots.client.robot_client import RobotClient
-from robots.client.teleop import Hand, driving_by_hand
+from robots.client.teleop import driving_by_hand
 from robots.sim.driver import Driver
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
@@ -46,7 +46,9 @@ FRAME = 250
 async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Drive a simulated robot by hand; measure commands, stops, and an echo."""
     count = QUICK if quick else SAMPLES
-    async with _driven(target) as (hand, arrivals):
+    arrivals = TurnArrivals()
+    async with robot_in_hall(target, ROBOT) as (client, operator), driving_by_hand(operator) as hand:
+        await client.subscribe("cmd_vel", Twist, arrivals.take)
         commands, stops = [], []
         for number in progress.track(range(WARM + count), description="teleop"):
             turn = SLOWEST + STEP * number
@@ -89,25 +91,23 @@ class TurnArrivals:
 
 
 @contextlib.asynccontextmanager
-async def _driven(target: CloudUnderTest) -> AsyncIterator[tuple[Hand, TurnArrivals]]:
-    """Connect a simulated robot, and an operator who drives it."""
+async def robot_in_hall(target: CloudUnderTest, name: str) -> AsyncIterator[tuple[RobotClient, RobotClient]]:
+    """Connect a simulated robot, and an operator; return the clients of both, once the robot is localized."""
     grid = _hall()
     await target.publish(MAP, grid)
-    world, arrivals = World(grid), TurnArrivals()
+    world = World(grid)
     start = Pose2D(2.0, 2.0, 0.0)
-    await target.register(ROBOT, MAP, (start.x, start.y, start.theta))
+    await target.register(name, MAP, (start.x, start.y, start.theta))
     robot = world.add_robot(start)
     async with (
-        RobotClient(target.url, robot=ROBOT, token=target.token) as client,
-        RobotClient(target.url, robot=ROBOT, token=target.token, role="operator") as operator,
+        RobotClient(target.url, robot=name, token=target.token) as client,
+        RobotClient(target.url, robot=name, token=target.token, role="operator") as operator,
     ):
         tasks = [asyncio.create_task(work) for work in (Driver(robot, client).run(), Simulator(world).run())]
         try:
             posed = await operator.subscribe("amcl_pose", PoseWithCovarianceStamped, queue_size=1)
             await anext(posed)
-            await client.subscribe("cmd_vel", Twist, arrivals.take)
-            async with driving_by_hand(operator) as hand:
-                yield hand, arrivals
+            yield client, operator
         finally:
             for task in tasks:
                 task.cancel()

@@ -17,7 +17,8 @@ class TrafficRobotAnswer(ResponseBody):
 
     robot: str
     state: str = Field(
-        description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `silent`, `no_cells` or `out`"
+        description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `by_hand`, `held`, "
+        "`silent`, `no_cells` or `out`"
     )
     pose: tuple[float, float, float] = Field(description="x, y [m], yaw [rad]")
     way: list[Point] = Field(description="Cells that it holds, x, y [m], in the order in which it passes them")

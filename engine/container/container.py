@@ -121,6 +121,7 @@ class Container:
         self._links = [self._remote]
         self._listeners: list[CloneListener] = [self._remote]
         self.endpoints = EndpointLinks(self, sessions, Path(launch.link).parent / RELAY, launch.on)
+        self._unheard_stops = False
         self._taps: dict[str, Callable[[], None]] = {}
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
@@ -137,17 +138,25 @@ class Container:
         services, nodes = self.services(), self.nodes()
         for listener in self._listeners:
             listener.nodes_changed(services, nodes)
+        self._note_heard_stops()
 
     def _report_stops(self) -> None:
         """Report the stops in force to the master, and store a request that it may not have yet."""
         if (stops := self._stops()) is not None:
             self._endpoint.write(stops)
+            self._unheard_stops = stops.unheard
         self._dirty.set()
 
+    def _note_heard_stops(self) -> None:
+        """Report the stops in force again, if the robot has confirmed them or does so no longer."""
+        if self._monitoring is not None and self._monitoring.lacks_stops() != self._unheard_stops:
+            self._report_stops()
+
     def _stops(self) -> robot_link.StopsInForce | None:
-        return (
-            None if self._stop is None else robot_link.StopsInForce(self._stop.latch.stops, self._stop.latch.requested)
-        )
+        if self._stop is None or self._monitoring is None:
+            return None
+        latch = self._stop.latch
+        return robot_link.StopsInForce(latch.stops, latch.requested, self._monitoring.lacks_stops())
 
     # -- the clone -----------------------------------------------------------------------------------------------------
 
@@ -233,6 +242,7 @@ class Container:
             # As with messages: a repeated bad call must not crash one container after another.
             logger.exception("a call of service %s caused an internal error in a node", service)
             answer(internal_error(error))
+        self._note_heard_stops()
         self._home.attend()
 
     # -- to all that listen --------------------------------------------------------------------------------------------

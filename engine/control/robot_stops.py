@@ -96,9 +96,9 @@ class StopReport(msgspec.Struct, frozen=True):
     stop : RobotStop
         The stop in force, which may be an earlier one.
     standing : tuple of str
-        Robots whose clones send nothing but zero now.
+        Robots whose clones send nothing but zero now, and those that run Move Base themselves and have confirmed it.
     unconfirmed : tuple of str
-        Robots with a container that has not confirmed it within `CONFIRMATION`.
+        Robots with a container of which that is not known within `CONFIRMATION`.
     """
 
     user: str
@@ -285,7 +285,8 @@ class RobotStops:
                 continue
             if place.container is None or not report.stop.applies_to(request.robot.id, request.map.id):
                 continue
-            confirmed = place.stops is not None and report.stop in place.stops.stops
+            known = place.stops
+            confirmed = known is not None and report.stop in known.stops and not known.unheard
             (standing if confirmed else unconfirmed).append(request.robot.id)
         return msgspec.structs.replace(report, standing=tuple(standing), unconfirmed=tuple(unconfirmed))
 

@@ -80,10 +80,13 @@ class StopsInForce(msgspec.Struct, tag="stops", frozen=True):
         Those of the last `SetStops`, or of the start of the container.
     requested : tuple of RobotStop
         Request of a client that the cloud does not have yet: one or none.
+    unheard : bool
+        Whether Move Base runs on the robot, or may, and the robot has not confirmed the stops.
     """
 
     stops: tuple[RobotStop, ...] = ()
     requested: tuple[RobotStop, ...] = ()
+    unheard: bool = False
 
 
 class Hello(msgspec.Struct, tag="hello"):

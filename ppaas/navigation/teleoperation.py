@@ -102,10 +102,13 @@ class Teleoperation:
     ----------
     driver : HandDriver or None
         None while nobody drives.
+    gave_back : bool
+        Whether the last driver ended the turn by giving the robot back.
     """
 
     def __init__(self, parameters: TeleopParameters, fastest: Velocity) -> None:
         self.driver: HandDriver | None = None
+        self.gave_back = False
         self._parameters = parameters
         self._fastest = fastest
         self._number = 0
@@ -134,14 +137,14 @@ class Teleoperation:
         if driver is None or command.id != driver.id or command.number <= driver.number:
             return
         driver.number, driver.heard_at = command.number, now
-        if request is DriverRequest.LEAVE:
-            self.driver = None
+        if request in (DriverRequest.LEAVE, DriverRequest.GIVE_BACK):
+            self.driver, self.gave_back = None, request is DriverRequest.GIVE_BACK
         else:
             self._obey(driver, command, now)
 
     def _request(self, command: TeleopCommand, now: float, *, take_over: bool) -> None:
         if self.driver is None or (take_over and self.driver.id != command.id):
-            self.driver = HandDriver(command.id, command.driver, command.number - 1, now)
+            self.driver, self.gave_back = HandDriver(command.id, command.driver, command.number - 1, now), False
             if command.enable:
                 self.stop("the control was held before the robot was taken")
 

@@ -448,7 +448,7 @@ class TrafficCoordinator:
                 report.header, member.name, self.epoch, 0, report.revision, self.spacing,
                 first=member.first, way=way, at_goal=self._ends_at_goal(member),
                 goal_id=report.goal_id if refused or self._leads_to_goal(member) else "",
-                free=alone or member.standing == "out",
+                free=(alone and not report.aside) or member.standing == "out",
                 give_back=self._gives_back_now(member, alone=alone),
                 waits_for=member.waits_for,
                 refused=refused,

@@ -16,14 +16,21 @@ from ppaas.traffic.room_in_cells import Line
 
 Cell = int
 
-Standing = Literal["joined", "stopped", "stray", "silent", "out"]
-"""Standing of a member: planned for; or an obstacle, because it does not get on, left its way, says nothing, or an
-operator took it out."""
+Standing = Literal["joined", "stopped", "stray", "by_hand", "held", "silent", "out"]
+"""Standing of a member: planned for; or an obstacle, because it does not get on, left its way, is driven by hand, is
+stopped, says nothing, or an operator took it out."""
+
+ASIDE: dict[str, Standing] = {"": "joined", "by_hand": "by_hand", "held": "held"}
+"""Standing of a robot by what it reports as ``aside``."""
 
 
 CLOCK_SET = 2.5
 """Time for which all reports of a robot are older than one before, after which its clock was set back [s]. Reports that
 are late are followed sooner by one that is not."""
+
+
+AROUND = 2.0
+"""Shortest time between two plans around a robot that is driven by hand through the cells [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +111,10 @@ class Member:
         Id of a goal to which this plan has no way.
     restored : bool
         Whether it is only known from a checkpoint: it may hold less than it is taken to hold.
+    followed_at : float
+        Time at which others were last planned around the place of a robot that is aside [s].
+    is_displaced : bool
+        Whether it touches other cells than then.
     late_since : float
         Time from which on all of its reports were older than one before; infinite if the last was not [s].
     """
@@ -129,6 +140,8 @@ class Member:
     refused: tuple[str, str] = ("", "")
     no_way: str = ""
     restored: bool = False
+    followed_at: float = float("-inf")
+    is_displaced: bool = False
     late_since: float = float("inf")
 
     @property
@@ -159,6 +172,13 @@ class Member:
             return True
         self.late_since = float("inf")
         return False
+
+    def is_due(self, now: float, *, anyway: bool) -> bool:
+        """Return whether to plan around a robot that is aside, every `AROUND` at most or anyway; note it."""
+        due = anyway or now - self.followed_at >= AROUND
+        self.is_displaced = not due
+        self.followed_at = now if due else self.followed_at
+        return due
 
     @property
     def at_goal(self) -> bool:
@@ -200,6 +220,8 @@ def check_report(report: TrafficReport) -> None:
         raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
     if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
         raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")
+    if report.aside not in ASIDE:
+        raise InvalidInput(f"robot {report.robot!r} is aside for an unknown reason, {report.aside[:32]!r}")
     if len(report.spur) > 1 or (report.spur and not _is_beside(report)):
         raise InvalidInput(f"robot {report.robot!r} reports a spur that does not begin at the end of its way")
 

@@ -10,7 +10,18 @@ from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders, spur_to
-from ppaas.traffic.members import FRESH, Arrival, Cell, Kind, Member, Outsiders, Standing, check_report, reached_by
+from ppaas.traffic.members import (
+    ASIDE,
+    FRESH,
+    Arrival,
+    Cell,
+    Kind,
+    Member,
+    Outsiders,
+    Standing,
+    check_report,
+    reached_by,
+)  # fmt: skip
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import CellsOfSizes, MakeRoadmap
 from ppaas.zones.zone import Lane, OneWay, Zone
@@ -137,7 +148,9 @@ class Occupancy:
         elif report.epoch != epoch or before.epoch != epoch or member.restored:
             self._adopt(member, report)
         member.report, member.heard_at, member.restored = report, now, False
-        if member.misfit and member.base != self._touched(member):
+        if report.aside and member.base != self._touched(member):
+            self._follow(member, now)
+        elif member.misfit and member.base != self._touched(member):
             self._stand(member)
         self._advance(member, before, now)
         self._note_goal(member, before, now)
@@ -250,12 +263,19 @@ class Occupancy:
             self.holders.hold(member.name, cell)
         self.outdated = True
 
+    def _follow(self, member: Member, now: float) -> None:
+        """Mark what a robot touches that is aside, and ask others for it; plan around its place now and then."""
+        due = member.is_due(now, anyway=self.outdated)
+        self._stand(member)
+        self._stop_around(member)
+        self.outdated = due
+
     def _touched(self, member: Member) -> set[Cell]:
-        """Return the cells that a robot touches; none for one that drives freely."""
+        """Return the cells that a robot touches, and one that is aside until it stands; none if it drives freely."""
         at = member.report
         if self.map is None or at.free or member.standing == "out":
             return set()
-        return set(self.map.touched(at.x, at.y, at.radius).tolist())
+        return set(self.map.touched(at.x, at.y, at.radius + (at.braking if at.aside else 0.0)).tolist())
 
     def _stop_around(self, member: Member) -> None:
         """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
@@ -316,12 +336,12 @@ class Occupancy:
             member.refused = ("", "")
 
     def _note_standing(self, member: Member, now: float) -> None:
-        """Note whether a robot is off its way, or what it found in it."""
+        """Note whether a robot is aside or off its way, or what it found in it."""
         if member.standing == "out":
             return
-        if member.report.stray != (member.standing == "stray"):
-            member.standing = "stray" if member.report.stray else "joined"
-            self.outdated = True
+        standing: Standing = "stray" if member.report.stray and not member.report.aside else ASIDE[member.report.aside]
+        if member.standing != standing and (standing != "joined" or member.standing in {"stray", "by_hand", "held"}):
+            member.standing, self.outdated = standing, True
         if member.standing == "silent":
             member.standing, self.outdated = "joined", True
         for point in [] if self.map is None else member.report.blocked:
@@ -362,6 +382,8 @@ class Occupancy:
                 self._set_aside(member, "stopped", now)
             elif member.standing == "stopped" and now >= member.retry_at and not member.ahead:
                 member.standing, member.moved_at, self.outdated = "joined", now, True
+            elif member.is_displaced:
+                self.outdated |= member.is_due(now, anyway=self.outdated)
         for cell in self.outsiders.staying(p.patience, now):
             self.outdated |= cell not in self._blocked
             self._blocked[cell] = now + FRESH

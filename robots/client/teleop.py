@@ -13,6 +13,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from uuid import uuid4
 
+from ppaas.bounded import BoundedDict
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.operators.teleoperation import DriverRequest, TeleopCommand, TeleopMode, TeleopState
@@ -21,6 +22,9 @@ from robots.client.robot_client import RobotClient
 
 PERIOD = 0.05
 """Time between two requests [s]."""
+
+KEPT = 64
+"""Number of commands whose times are known."""
 
 PATIENCE = 5.0
 """Time limit for the answer to a request [s]."""
@@ -40,11 +44,15 @@ class Hand:
         Id as the driver.
     state : TeleopState or None
         Last state of the robot.
+    round_trip : float or None
+        Time from a command to the state that answers it, of the last one that was answered [s]; None before the first.
     """
 
     def __init__(self, client: RobotClient) -> None:
         self.id = uuid4().hex
         self.state: TeleopState | None = None
+        self.round_trip: float | None = None
+        self._sent: BoundedDict[int, float] = BoundedDict(KEPT)
         self._client = client
         self._heard_at = monotonic()
         self._number = 0
@@ -57,6 +65,8 @@ class Hand:
     def hear(self, state: TeleopState) -> None:
         """Take a state of the robot."""
         self.state, self._heard_at = state, monotonic()
+        if self.drives and (sent := self._sent.pop(state.command, None)) is not None:
+            self.round_trip = self._heard_at - sent
 
     async def begin(self, *, take_over: bool = False) -> None:
         """Become the driver.
@@ -96,14 +106,15 @@ class Hand:
         """Stop the robot; after a fault, it drives again after this."""
         await self._send()
 
-    async def leave(self) -> None:
-        """Drive no longer."""
-        await self._send(request=DriverRequest.LEAVE)
+    async def leave(self, *, give_back: bool = False) -> None:
+        """Drive no longer; with ``give_back``, the robot goes on to the goal that it had, at once."""
+        await self._send(request=DriverRequest.GIVE_BACK if give_back else DriverRequest.LEAVE)
 
     async def _send(
         self, linear: float = 0.0, angular: float = 0.0, *, enable: bool = False, request: str = ""
     ) -> None:
         self._number += 1
+        self._sent[self._number] = monotonic()
         seen = 0 if self.state is None else self.state.number
         command = TeleopCommand(
             self.id, self._number, linear, angular, enable, echo=seen, held=monotonic() - self._heard_at, view=seen,

@@ -15,6 +15,7 @@ from robots.client.services import Handler
 from robots.client.subscription import TopicSubscription
 from robots.onboard.executor import protocol
 from robots.onboard.node_process import NodeProcess
+from robots.onboard.stop_latch import OnboardLatch
 
 logger = logging.getLogger(__name__)
 
@@ -36,10 +37,13 @@ class TopicBridge:
         Client of the robot.
     sensors : collection of str
         Topics that the client publishes and the nodes receive directly.
+    latch : OnboardLatch
+        Holds the velocities of the nodes while the robot is stopped.
     """
 
-    def __init__(self, client: RobotClient, sensors: Collection[str]) -> None:
+    def __init__(self, client: RobotClient, sensors: Collection[str], latch: OnboardLatch) -> None:
         self._client = client
+        self._latch = latch
         self._sensors = frozenset(sensors)
         self._process: NodeProcess | None = None
         self._subscribes: dict[str, set[str]] = {}
@@ -109,10 +113,11 @@ class TopicBridge:
 
     def on_message(self, said: protocol.Said) -> None:
         """Deliver a message of a node to the client's subscriptions at once, and queue it for the cloud."""
-        message = decode(message_type(said.kind), said.payload)
+        payload = self._latch.passed(said.topic, said.payload)
+        message = decode(message_type(said.kind), payload)
         self._delivering = said.topic
         try:
-            self._client.deliver(said.topic, said.payload)
+            self._client.deliver(said.topic, payload)
         finally:
             self._delivering = ""
         self._record(said.topic, message)

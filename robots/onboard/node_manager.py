@@ -32,6 +32,7 @@ from robots.onboard.node_bridge import NodeServices, TopicBridge
 from robots.onboard.node_leases import NodeLease, NodeLeases, log_change
 from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
 from robots.onboard.node_process import NodeProcess
+from robots.onboard.stop_latch import OnboardLatch
 
 logger = logging.getLogger(__name__)
 
@@ -86,7 +87,8 @@ class LocalNodes:
         self._monitor = NodeMonitorClient(client, computer, nodes, clock)
         self._changed = asyncio.Event()
         self._process: NodeProcess | None = None
-        self._bridge = TopicBridge(client, sensors)
+        self._latch = OnboardLatch(client)
+        self._bridge = TopicBridge(client, sensors, self._latch)
         self._services = NodeServices(client)
         self._config: protocol.CloneConfig | None = None
         self._wanted: dict[str, str] = {}
@@ -129,6 +131,7 @@ class LocalNodes:
         self._connection = self._client.connections
         self._config = await self._monitor.tell_robot()
         await self._client.subscribe("node_monitor/homes", ppaas_msgs.NodeHomes, self._on_homes)
+        await self._latch.open()
         self._client.attach(self._bridge)
         forwarding = asyncio.create_task(self._bridge.run())
         self.ready.set()
@@ -140,6 +143,7 @@ class LocalNodes:
         finally:
             await self._leave()
             forwarding.cancel()
+            await self._latch.close()
             self._client.attach(None)
 
     async def _leave(self) -> None:

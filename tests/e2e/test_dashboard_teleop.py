@@ -127,3 +127,43 @@ async def test_a_second_operator_takes_over_and_the_first_is_told(scene: tuple[B
         await second.close()
         await until(lambda: last(drive) == (0.0, 0.0))
     await context.close()
+
+
+GAMEPAD = """
+window.pads = [];
+navigator.getGamepads = () => window.pads;
+window.plug = (pressed, y) => {
+  const buttons = Array.from({ length: 17 }, (_, at) => ({ pressed: at === 4 && pressed }));
+  window.pads = [{ connected: true, axes: [0, y], buttons }];
+};
+window.unplug = () => {
+  window.pads = [null];
+  window.dispatchEvent(new Event("gamepaddisconnected"));
+};
+"""
+"""A gamepad as the page sees it; Chromium has none without a device."""
+
+
+async def test_a_gamepad_drives_and_the_robot_stops_when_it_is_unplugged(
+    scene: tuple[Browser, str, str, Drive],
+) -> None:
+    browser, url, token, drive = scene
+    context = await browser.new_context(viewport=DESK)
+    await context.add_init_script(GAMEPAD)
+    async with looking(context) as page:
+        await driver(page, url, token)
+        await expect(page.locator(".teleop").get_by_role("status")).to_have_text("Ready")
+
+        def backwards() -> bool:
+            return last(drive)[0] < -0.1
+
+        await page.evaluate("window.plug(false, 1)")
+        await hold(
+            partial(page.evaluate, "window.plug(true, 1)"), partial(page.evaluate, "window.plug(false, 0)"), backwards
+        )
+        await page.evaluate("window.unplug()")
+        await until(lambda: last(drive) == (0.0, 0.0))
+        await page.get_by_role("button", name="Give back").click()
+        await expect(page.get_by_role("button", name="Drive by hand")).to_be_visible()
+        await until(lambda: last(drive) == (0.0, 0.0))
+    await context.close()

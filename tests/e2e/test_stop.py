@@ -15,6 +15,7 @@ from ppaas.messages.health.stops import StopRobot, StopRobotRequest, StopState
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.local_nodes import ABLE, managing, take_over
 from tests.support.network.wire import wire_to
 from tests.support.waiting import until
 from tests.support.world.places import free_pose, reachable_pose
@@ -141,3 +142,42 @@ async def test_a_client_stops_the_robot_by_its_socket(
         await rest.post(f"/v1/robots/{ROBOT}/release", {})
         await drives(drive)
         assert not states[-1].stopped
+
+
+async def test_a_robot_that_drives_by_itself_stands_and_stands_before_it_moves_on_another_connection(
+    cloud: RunningCloud, office_map: GridMap, start: Pose2D
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    token = await register_robot(rest, ROBOT, "office", start)
+    far = reachable_pose(office_map, start, seed=40, at_least=6.0, at_most=9.0)
+    async with (
+        wire_to(cloud.url) as wire,
+        driving(wire.url, token, ROBOT, office_map, start) as drive,
+        managing(drive.robot, ABLE) as manager,
+    ):
+        await take_over(manager, "amcl", "move_base")
+        await drive.send(far)
+        await drives(drive)
+        assert await stop(rest) == ([ROBOT], [])
+        await stands(drive)
+        await rest.post(f"/v1/robots/{ROBOT}/release", {})
+        await drives(drive)
+        wire.cut()
+        await until(lambda: not drive.robot.connected)
+        await drives(drive)
+        assert await stop(rest) == ([], [ROBOT]), "it drives by itself, and cannot be reached"
+        before = drive.robot.connections
+        wire.mend()
+        await until(lambda: drive.robot.connections > before)
+        await stands(drive)
+        assert await stop(rest) == ([ROBOT], [])
+        assert manager.running == {"amcl", "move_base"}
+        await rest.post(f"/v1/robots/{ROBOT}/release", {})
+        await drives(drive)
+
+
+async def stop(rest: RestClient) -> tuple[list[str], list[str]]:
+    """Stop the robot, which may be stopped already; return who stands, and of whom that is not known."""
+    answer = await rest.post(f"/v1/robots/{ROBOT}/stop", {})
+    return answer["standing"], answer["unconfirmed"]

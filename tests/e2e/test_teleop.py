@@ -112,14 +112,20 @@ async def test_the_robot_stops_before_a_wall_and_leaves_it(drive: Drive) -> None
         assert near.distance_to(drive.world.robots[0].base.pose) > 0.4
 
 
-async def test_a_goal_is_preempted_and_refused_while_somebody_drives(drive: Drive) -> None:
+async def test_a_goal_waits_while_somebody_drives_and_goes_on_if_the_robot_is_given_back(drive: Drive) -> None:
     await drive.send(START, "first")
     async with driving_by_hand(drive.operator) as hand:
-        assert (await drive.result()).status.status == Status.PREEMPTED
         await hold(hand, 0.0, 0.5, seconds=0.3)
         await drive.send(START, "second")
         rejected = (await drive.result()).status
         assert (rejected.status, rejected.text) == (Status.REJECTED, "hanna drives the robot by hand")
+        await hand.leave(give_back=True)
+    reached = (await drive.result()).status
+    assert (reached.goal_id.id, reached.status) == ("first", Status.SUCCEEDED)
+    await drive.send(Pose2D(2.0, 2.0), "third")
+    async with driving_by_hand(drive.operator) as hand:
+        await hold(hand, 0.0, 0.5, seconds=0.3)
+    assert (await drive.result()).status.status == Status.PREEMPTED, "nobody has given it back"
     assert await drive.go(START) < 0.3
 
 

@@ -85,6 +85,7 @@ class StandIn:
     dead: bool = False
     silent: bool = False
     stray: bool = False
+    aside: str = ""
     arrived: int = 0
     goal_since: float = 0.0
     refused: list[str] = field(default_factory=list)
@@ -122,7 +123,18 @@ class StandIn:
         if self.silent:
             return None
         way, (said, pose, at) = self.way, self._reported
-        says = way.epoch, way.revision, way.first, way.end, way.reached, way.free, self.stray, self.goal_id, way.spur
+        says = (
+            way.epoch,
+            way.revision,
+            way.first,
+            way.end,
+            way.reached,
+            way.free,
+            self.stray,
+            self.goal_id,
+            way.spur,
+            self.aside,
+        )
         moved = math.hypot(pose.x - self.pose.x, pose.y - self.pose.y) > 0.01
         if says == said and now - at < (POSE_PERIOD if moved else REPORT_PERIOD) - 1e-6:
             return None
@@ -137,8 +149,13 @@ class StandIn:
             self.name, self.pose.x, self.pose.y, self.pose.theta,
             self.radius, self.speed, BRAKING, self.way.epoch, self.way.number, self.way.revision, self.way.first,
             self.way.held, self.way.ahead, self.way.free, self.stray, [], self.goal_id, goal, now - self.goal_since,
-            TOLERANCE, self.way.spur,
+            TOLERANCE, self.way.spur, self.aside,
         )  # fmt: skip
+
+    def set_aside(self, why: str) -> None:
+        """Follow no grants for a reason, as a robot that is stopped or driven by hand; take part again without one."""
+        self.aside = why
+        self.way.give_back(self.pose)
 
     # -- driving -------------------------------------------------------------------------------------------------------
 
@@ -148,6 +165,10 @@ class StandIn:
         self.gets_on = way.advance(self.pose)
         grants = way.grants
         if grants is None:
+            return
+        if self.aside:
+            if way.held or way.free:
+                way.give_back(self.pose)
             return
         asked = grants.give_back and grants.revision == way.revision
         if self.stray or asked or (way.free and now - self._heard > NODE_SILENCE):

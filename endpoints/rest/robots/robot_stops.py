@@ -59,7 +59,10 @@ class StoppedAnswer(ResponseBody):
     """What was stopped."""
 
     stops: list[StopAnswer] = Field(description="Stops in force; an earlier one of the same scope and name stays")
-    standing: list[str] = Field(description="Robots whose clones have confirmed that they send nothing but zero")
+    standing: list[str] = Field(
+        description="Robots whose clones have confirmed that they send nothing but zero, and that run Move Base "
+        "there or have confirmed the stop themselves"
+    )
     unconfirmed: list[str] = Field(
         description="Robots whose clones have not confirmed it within 1 s; they get the stop as soon as they can be "
         "reached. Robots that are not connected are not listed: they are stopped when they connect"

@@ -11,6 +11,7 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Payload
 from ppaas.nodes.message_checks import fingerprint
+from ppaas.nodes.topics import policy_of
 
 MOST = 100
 """Largest number of messages kept for one node; beyond it the oldest are dropped."""
@@ -22,9 +23,11 @@ class UnacknowledgedMessages(msgspec.Struct):
     messages: dict[str, TopicMessage] = {}
 
     def note(self, topic: str, payload: Payload) -> None:
-        """Keep a message for the node."""
+        """Keep a message for the node; of a latched topic, only the last one."""
         message = payload if isinstance(payload, Message) else payload.to_message()
         mark = fingerprint(topic, message)
+        if policy_of(topic).latched and policy_of(topic).merge is None:
+            self.messages = {known: each for known, each in self.messages.items() if each.topic != topic}
         self.messages.pop(mark, None)  # sent again: now the newest
         self.messages[mark] = TopicMessage(topic, encode(message).decode())
         while len(self.messages) > MOST:
@@ -34,6 +37,10 @@ class UnacknowledgedMessages(msgspec.Struct):
         """Drop the messages that the robot's last checkpoint includes."""
         for mark in fingerprints:
             self.messages.pop(mark, None)
+
+    def has(self, topic: str) -> bool:
+        """Return whether a message on a topic is kept."""
+        return any(each.topic == topic for each in self.messages.values())
 
     def all(self) -> list[TopicMessage]:
         """Return the kept messages, oldest first."""
@@ -78,6 +85,8 @@ class HomeRecord(msgspec.Struct):
         Reason of the last failure on the robot.
     failed : float
         Time of that failure [s since the epoch].
+    adrift : bool
+        Whether the robot ran it when the lease expired, and has not been heard of since: it may run it still.
     """
 
     wanted: Home = "cloud"
@@ -88,6 +97,7 @@ class HomeRecord(msgspec.Struct):
     robot_seconds: History = msgspec.field(default_factory=History)
     failure: str = ""
     failed: float = 0.0
+    adrift: bool = False
 
     @property
     def home(self) -> Home:

@@ -143,6 +143,8 @@ class NodeMonitorNode(Node):
         self._robot = RobotComputer(robot.cores, robot.clock, robot.benchmark, tuple(robot.nodes))
         self._link = NetworkLink(robot.rtt, robot.bandwidth)
         self._round_trips = History([robot.rtt])
+        for record in self._records.values():
+            record.adrift = False
         return TellRobotResponse(self._switch.config, self._robot.power)
 
     def _run_node(self, message: Message) -> Message:
@@ -165,6 +167,7 @@ class NodeMonitorNode(Node):
     def _hold_node(self, message: Message) -> Message:
         report = expect(message, HoldNodeRequest)
         record = self._record(report.node)
+        record.adrift = False
         if report.lease == 0:
             return self._hand_over(report.node, record)
         if record.lease is None or record.lease.number != report.lease:
@@ -224,6 +227,11 @@ class NodeMonitorNode(Node):
             raise InvalidInput(f"a probe has up to {MAX_PROBE} bytes, not {size}")
         return ProbeLinkResponse("0" * size)
 
+    def lacks(self, node: str, topic: str) -> bool:
+        """Return whether the robot runs a node, or may, and has not confirmed the last message on a latched topic."""
+        record = self._record(node)
+        return record.adrift if record.lease is None else record.lease.unheard.has(topic)
+
     def _record(self, node: str) -> HomeRecord:
         if node not in self._records:
             raise NotFound("node", node, list(self._records))
@@ -270,6 +278,7 @@ class NodeMonitorNode(Node):
                 self._records[node].cloud_seconds.note(seconds)
         for node, record in self._records.items():
             if record.lease is not None and now - record.lease.heard > self._parameters.patience:
+                record.adrift = True
                 self._take_back(node, f"the robot did not renew its lease for {self._parameters.patience:g} s")
 
     def recall(self, reason: str) -> None:

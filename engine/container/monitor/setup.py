@@ -12,6 +12,8 @@ from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
 from ppaas.diagnosis.observations.topic_table import TrafficCounter
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.nodes.topics import STOP_STATE
 from ppaas.recording.parameters import NAME as RECORDER
 
 
@@ -58,6 +60,10 @@ class ContainerMonitor:
     def logs(self) -> LeasedLogs:
         """Logs of the nodes that the robot runs."""
         return self._node.logs
+
+    def lacks_stops(self) -> bool:
+        """Return whether the robot runs Move Base, or may, and has not confirmed whether it is stopped."""
+        return self._node.lacks(MoveBaseNode.name, STOP_STATE.name)
 
     def _nodes_changed(self) -> None:
         self.changed()

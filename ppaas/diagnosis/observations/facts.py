@@ -209,6 +209,22 @@ class GoalFacts(msgspec.Struct, kw_only=True, frozen=True):
     text: str = ""
 
 
+class HandFacts(msgspec.Struct, kw_only=True, frozen=True):
+    """Who drives the robot by hand.
+
+    Parameters
+    ----------
+    driver : str
+        User; empty if nobody drives.
+    mode, text : str
+        Of the newest ``ppaas_msgs/TeleopState``.
+    """
+
+    driver: str = ""
+    mode: str = ""
+    text: str = ""
+
+
 class NodeFacts(msgspec.Struct, kw_only=True, frozen=True):
     """Home of a node, ``cloud`` or ``robot``, the wanted one, and the reasons for it."""
 
@@ -277,6 +293,8 @@ class Observations(msgspec.Struct, kw_only=True):
         Whether a depth camera makes its scans.
     follows_paths : bool
         Whether the robot localizes itself and follows paths itself, as an AGV does.
+    stopped : str
+        The stops that hold the robot, in words; empty if it is not stopped.
     link : LinkFacts, optional
         None in the container, which does not know the robot's connection.
     """
@@ -294,6 +312,8 @@ class Observations(msgspec.Struct, kw_only=True):
     frames: list[FrameFacts] = []
     place: PlaceFacts = PlaceFacts()
     goal: GoalFacts = GoalFacts()
+    stopped: str = ""
+    hand: HandFacts = HandFacts()
     nodes: list[NodeFacts] = []
     reports: list[ReportFacts] = []
     link: LinkFacts | None = None

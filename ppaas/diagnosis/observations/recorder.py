@@ -13,7 +13,14 @@ from typing import Any
 
 from ppaas.bounded import BoundedDict
 from ppaas.diagnosis.observations.arrivals import Arrivals
-from ppaas.diagnosis.observations.facts import FrameFacts, GoalFacts, MotionFacts, NodeFacts, Observations
+from ppaas.diagnosis.observations.facts import (
+    FrameFacts,
+    GoalFacts,
+    HandFacts,
+    MotionFacts,
+    NodeFacts,
+    Observations,
+)
 from ppaas.diagnosis.observations.place import PlaceWatch, WatchedRobot
 from ppaas.diagnosis.observations.scans import scan_facts
 from ppaas.geometry import wrap_angle
@@ -21,8 +28,10 @@ from ppaas.messages.actionlib_msgs import GoalStatusArray
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String, Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, TransformStamped, Twist
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.operators.teleoperation import TeleopState
 from ppaas.messages.ppaas_msgs import NodeHomes
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import MAX_FRAMES, TFMessage
@@ -202,8 +211,12 @@ SCAN_AGE = 3.0
 HEARD = (
     topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.CMD_VEL, topics.AMCL_POSE, topics.SLAM_POSE,
     topics.AMCL_STATUS, topics.GRID_SLAM_STATUS, topics.MOVE_BASE_STATUS, topics.MOVE_BASE_RESULT, topics.NODE_HOMES,
+    topics.STOP_STATE, topics.TELEOP_STATE,
 )  # fmt: skip
 """Topics that the recorder hears, as far as the clone has them."""
+
+HAND_AGE = 1.0
+"""Time after which the last state of driving by hand says nothing any more [s]; they come at 10 Hz."""
 
 TIMED = (topics.SCAN.name, topics.ODOM.name, topics.CMD_VEL.name)
 """Topics whose arrivals are kept."""
@@ -226,6 +239,8 @@ class ObservationRecorder:
         self.place = PlaceWatch()
         self.goal = GoalFacts()
         self.nodes: list[NodeFacts] = []
+        self.stopped = ""
+        self._hand: tuple[float, HandFacts] = (-math.inf, HandFacts())
         self._scans: BoundedDict[str, tuple[float, LaserScan]] = BoundedDict(MOST_LASERS)
         self._hear: dict[type[Message], Callable[[str, Any, float], None]] = {
             LaserScan: self._on_scan,
@@ -237,6 +252,8 @@ class ObservationRecorder:
             GoalStatusArray: self._on_statuses,
             MoveBaseActionResult: self._on_result,
             NodeHomes: self._on_homes,
+            StopState: self._on_stop,
+            TeleopState: self._on_hand,
         }
 
     def take(self, topic: str, message: object, now: float, wall: float) -> None:
@@ -265,6 +282,8 @@ class ObservationRecorder:
             frames=self.frames.facts(now),
             place=self.place.facts(now, scans[-1] if scans else None, self.frames.latest, robot),
             goal=self.goal,
+            stopped=self.stopped,
+            hand=self._hand[1] if now - self._hand[0] <= HAND_AGE else HandFacts(),
             nodes=self.nodes,
         )
 
@@ -302,6 +321,13 @@ class ObservationRecorder:
             NodeFacts(name=each.node, home=each.home, wanted=each.wanted, reasons=tuple(each.reasons))
             for each in homes.nodes
         ]
+
+    def _on_stop(self, _topic: str, state: StopState, _now: float) -> None:
+        self.stopped = state.text
+
+    def _on_hand(self, _topic: str, state: TeleopState, now: float) -> None:
+        driver = (state.driver or state.id) if state.id else ""
+        self._hand = now, HandFacts(driver=driver, mode=state.mode, text=state.text)
 
 
 def _seconds(stamp: Time) -> float:

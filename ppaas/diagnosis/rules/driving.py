@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from ppaas.diagnosis.observations.facts import GoalFacts, MotionFacts, Observations
 from ppaas.diagnosis.rules.finding import Finding, capital, error, hertz, ok, warn
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.operators.teleoperation import TeleopMode
 from ppaas.nodes import topics
 
 ENDED = frozenset(status for status in Status if status.terminal)
@@ -17,7 +18,11 @@ def goals(seen: Observations) -> Iterator[Finding]:
     """Yield whether the robot has a goal, what Move Base does for it, and who gets the commands."""
     yield from _subscriber(seen)
     goal = seen.goal
-    if not goal.name or _ended(goal):
+    if seen.stopped:
+        yield _stopped(seen)
+    elif seen.hand.driver:
+        yield _by_hand(seen)
+    elif not goal.name or _ended(goal):
         yield from _without_goal(seen, goal)
     elif goal.text.startswith("waiting"):
         reason = goal.text.partition(": ")[2] or goal.text
@@ -35,6 +40,29 @@ def goals(seen: Observations) -> Iterator[Finding]:
     else:
         text = f"Move Base drives: cmd_vel is sent at {hertz(seen.topic(CMD_VEL).rate)} ({goal.text or 'no text'})."
         yield ok("goal-active", text, "", CMD_VEL)
+
+
+def _stopped(seen: Observations) -> Finding:
+    waits = "" if not seen.goal.name or _ended(seen.goal) else " Its goal waits."
+    text = f"The robot is stopped, and gets nothing but zero as cmd_vel: {seen.stopped}.{waits}"
+    advice = (
+        f"When it may drive on: 'ppaas release {seen.robot}', or by the name of the stop ('ppaas stop' lists them)."
+    )
+    return error("robot-stopped", text, advice, topics.STOP_STATE.name)
+
+
+def _by_hand(seen: Observations) -> Finding:
+    hand = seen.hand
+    name, topic = "driven-by-hand", topics.TELEOP_STATE.name
+    text = f"{hand.driver} drives the robot by hand, and no other goal is taken meanwhile"
+    match hand.mode:
+        case TeleopMode.LOCKED:
+            text, advice = f"{text}; it stands: {hand.text}.", "The driver lets go of the control and presses it again."
+            return warn(name, text, advice, topic)
+        case TeleopMode.BLOCKED:
+            advice = "Drive in another direction; if nothing is there, see what the local costmap shows."
+            return warn(name, f"{text}; something is in the way.", advice, topic)
+    return ok(name, f"{text}.", "Wait until they stop driving, or take over in the dashboard.", topic)
 
 
 def _ended(goal: GoalFacts) -> bool:

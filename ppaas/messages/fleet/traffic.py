@@ -65,6 +65,9 @@ class TrafficReport(OwnMessage):
         Distance from its goal within which it counts as reached [m].
     spur : list of MapPoint
         Where it is or may go beside the last cell of ``way``, by the spur that it took; one point or none.
+    aside : str
+        Why it follows no grants now: ``by_hand`` if an operator drives it, ``held`` if it is stopped; empty if it does.
+        It holds what it touches, wherever it is.
     """
 
     header: Header
@@ -89,6 +92,7 @@ class TrafficReport(OwnMessage):
     goal_seconds: float = 0.0
     tolerance: float = 0.0
     spur: list[MapPoint] = field(default_factory=list)
+    aside: str = ""
 
 
 class TrafficGrants(OwnMessage):
@@ -153,7 +157,7 @@ class TrafficRobot(OwnMessage):
     ----------
     robot : str
     state : str
-        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``silent``,
+        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``by_hand``, ``held``, ``silent``,
         ``no_cells``, or ``out``.
     x, y, theta : float
         Pose in the map frame [m, rad].

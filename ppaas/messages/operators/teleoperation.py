@@ -16,6 +16,7 @@ class DriverRequest(StrEnum):
     DRIVE = "drive"
     TAKE_OVER = "take over"
     LEAVE = "leave"
+    GIVE_BACK = "give back"
 
 
 class TeleopMode(StrEnum):
@@ -51,7 +52,7 @@ class TeleopCommand(OwnMessage):
         ``number`` of the last ``TeleopState`` that came before the pose that the driver sees.
     request : str
         ``drive`` to become the driver if nobody drives, ``take over`` to become it in place of another, ``leave`` to
-        drive no longer; empty for none of these.
+        drive no longer, ``give back`` to drive no longer and have the robot go on to its goal; empty for none of these.
     driver : str
         User who drives. The cloud sets it.
     """

@@ -151,7 +151,8 @@ class GrantedMoveBaseNode(MoveBaseNode):
 
     The end of the way is where the robot stops, and moves on as more is granted. A robot that is alone on its map is
     notified and drives freely, as any robot does. One without a goal gives way to others. One that has left its way
-    stops at once, reports to the traffic node, and is led back.
+    stops at once, reports to the traffic node, and is led back. One that is stopped, or driven by hand, follows no
+    grants: it gives back its way, and others are led around the place where it is.
 
     Parameters
     ----------
@@ -164,14 +165,13 @@ class GrantedMoveBaseNode(MoveBaseNode):
         As of `MoveBaseNode`.
     """
 
-    not_by_hand: ClassVar[str] = "it takes part in the traffic of its map, where others rely on the way it was granted"
     subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, topics.TRAFFIC_GRANTS)
     publishes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.publishes, topics.TRAFFIC_REPORT)
 
     def __init__(self, context: Context, *, link: TrafficLink, controller: GrantFollower, **options: Any) -> None:
         self._link = link
         super().__init__(context, controller=controller, **options)
-        self._surroundings.trust_grants()
+        self._surroundings.trust_grants(True)
         self._given_way = 0
         self._occupied_since: dict[tuple[float, float], float] = {}
 
@@ -215,6 +215,9 @@ class GrantedMoveBaseNode(MoveBaseNode):
         except PPaaSError:
             return  # nothing can be reported for a robot whose pose is not known
         changed = link.see(pose)
+        if self._is_aside():
+            link.report()
+            return
         if link.must_stop:
             self._give_back(now)
         elif self._machine.goals.active is None and link.has_to_move:
@@ -225,6 +228,14 @@ class GrantedMoveBaseNode(MoveBaseNode):
         link.report()
         if changed or (not link.way.ahead and not link.way.free and not link.path_is_final):
             self._plan_due()
+
+    def _is_aside(self) -> bool:
+        """Return whether the robot follows no grants; tell the link so, once a robot that was stopped stands."""
+        by_hand, held = bool(self._executor.by_hand), bool(self._executor.held)
+        self._surroundings.trust_grants(not by_hand)
+        if by_hand or not held or self._stands:
+            self._link.set_aside("by_hand" if by_hand else "held" if held else "")
+        return bool(self._link.aside)
 
     @property
     def _gives_way(self) -> bool:

@@ -81,6 +81,8 @@ class TrafficLink:
         Whether the path that it follows ends at its goal.
     stray : bool
         Whether it has left its way.
+    aside : str
+        Why it follows no grants now, as in its reports; empty if it does.
     """
 
     def __init__(self, context: Context, facts: RobotTrafficFacts) -> None:
@@ -95,6 +97,7 @@ class TrafficLink:
         self.wanted: Wanted | None = None
         self.path_is_final = False
         self.stray = False
+        self.aside = ""
         self._blocked: tuple[MapPoint, ...] = ()
 
     @property
@@ -130,7 +133,7 @@ class TrafficLink:
         """Take the pose of the robot; return whether it has reached another cell, come back from a spur, or strayed."""
         self._pose = pose
         reached = self.way.advance(pose)
-        left = not self.stray and self.way.is_stray(pose)
+        left = not (self.stray or self.aside) and self.way.is_stray(pose)
         self.stray = self.stray or left
         return reached or left
 
@@ -140,6 +143,12 @@ class TrafficLink:
             self.way.give_back(self._pose)
             self.stray = False
             self._blocked = ()
+
+    def set_aside(self, why: str) -> None:
+        """Follow no grants for a reason, or take part again without one: another way begins where the robot is."""
+        if why != self.aside or (why and (self.way.held or self.way.free)):
+            self.aside = why
+            self.give_back()
 
     def find_blocked(self, points: tuple[MapPoint, ...]) -> None:
         """Note the cells ahead that something else occupies."""
@@ -190,7 +199,7 @@ class TrafficLink:
             Header(stamp=Time.of(self._context.now()), frame_id=MAP), facts.name, pose.x, pose.y, pose.theta,
             facts.radius, facts.speed, facts.braking, way.epoch, way.number, way.revision, way.first, way.held,
             way.ahead, way.free, self.stray, list(self._blocked), self.goal_id, goal,
-            0.0 if wanted is None else self._context.elapsed() - wanted.since, facts.tolerance, way.spur,
+            0.0 if wanted is None else self._context.elapsed() - wanted.since, facts.tolerance, way.spur, self.aside,
         )  # fmt: skip
 
 

@@ -63,7 +63,10 @@ STATUS_PERIOD = 1.0
 
 
 class MoveBaseState(msgspec.Struct):
-    """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and other actions."""
+    """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and other actions.
+
+    Who drives by hand, in words, is part of it, since the goal of a robot that moves with somebody's hand on it ends.
+    """
 
     goal: events.Goal | None
     counter: int
@@ -72,6 +75,7 @@ class MoveBaseState(msgspec.Struct):
     seconds: float = 0.0
     paths: tuple[PathGoal, ...] = ()
     behavior: BehaviorState | None = None
+    by_hand: str = ""
 
 
 class MoveBaseNode(Node):
@@ -176,8 +180,8 @@ class MoveBaseNode(Node):
             send=self._executor.send, preempt=self._preempt, check_released=self._executor.check_released,
         )  # fmt: skip
         self._teleop = teleop(
-            context, surroundings, limits=self._limits, passive_safety=passive_safety, send=self._executor.send,
-            make_way=self._make_way, refusal=self.not_by_hand,
+            context, surroundings, limits=self._limits, passive_safety=passive_safety, refusal=self.not_by_hand,
+            driving=self._executor, make_way=self._make_way, go_on=self._go_on,
         )  # fmt: skip
         self._paths = RobotPaths(
             context, surroundings, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
@@ -321,8 +325,7 @@ class MoveBaseNode(Node):
     def _hold(self, reason: str) -> None:
         """Stand while the robot is stopped, for a reason; go on by another plan once there is none."""
         self._executor.held = reason
-        self._feed(events.Held(self.context.elapsed()))
-        self._tick()
+        self._look_again()
 
     def _preempt(self, reason: str) -> str:
         """End the goal for a behaviour; return why no behaviour may run instead, if somebody drives by hand."""
@@ -331,9 +334,22 @@ class MoveBaseNode(Node):
         return self._teleop.holds
 
     def _make_way(self, reason: str) -> None:
-        """End the goal or the behaviour, for somebody who drives by hand."""
-        self._feed(events.Preempted(self.context.elapsed(), reason))
+        """Wait with the goal, and end the behaviour, for somebody who drives by hand."""
+        self._executor.by_hand = reason
         self._behaviors.preempt(reason)
+        self._look_again()
+
+    def _go_on(self, reason: str, resumes: bool) -> None:
+        """Go on to the goal that has waited for somebody who drove by hand, or end it."""
+        self._executor.by_hand = ""
+        if resumes:
+            self._look_again()
+        else:
+            self._feed(events.Preempted(self.context.elapsed(), reason))
+
+    def _look_again(self) -> None:
+        self._feed(events.Held(self.context.elapsed()))
+        self._tick()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Plan a path without moving, or clear the observed obstacles.
@@ -404,16 +420,23 @@ class MoveBaseNode(Node):
         spent = self._executor.progress.spent(self.context.elapsed()) if active else 0.0
         paths, behavior = self._paths.actions.active, self._behaviors.checkpoint()
         return msgspec.json.encode(
-            MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent, paths, behavior)
+            MoveBaseState(
+                goal, self._counter, limit.speed_limit, limit.percentage, spent, paths, behavior, self._executor.by_hand
+            )
         )
 
     def restore(self, state: bytes) -> None:
-        """Continue to the goal of a checkpoint, with a new plan from the robot's current pose."""
+        """Continue to the goal of a checkpoint, with a new plan from the robot's current pose.
+
+        The goal of a robot that somebody drove by hand ends: nobody has given the robot back.
+        """
         restored = from_json(state, MoveBaseState)
         self._counter = restored.counter
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
             self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
             self._executor.progress.resume(restored.seconds)
+            if restored.by_hand:
+                self._feed(events.Preempted(self.context.elapsed(), restored.by_hand))
         self._paths.actions.restore(restored.paths)
         self._behaviors.restore(restored.behavior)

@@ -87,6 +87,8 @@ class OrderExecutor:
         The last velocity published.
     held : str
         Why the robot is stopped; empty if it is not.
+    by_hand : str
+        Who drives the robot by hand, in words; empty if nobody does. Goals wait, and send no velocity.
     """
 
     def __init__(
@@ -107,7 +109,7 @@ class OrderExecutor:
         progress: GoalProgress,
     ) -> None:
         self.sent = Velocity()
-        self.held = ""
+        self.held = self.by_hand = ""
         self._context = context
         self._feed = feed
         self._goals = goals
@@ -164,6 +166,11 @@ class OrderExecutor:
         self._topics.progress(order.goal, order.pose, self.progress, order.recoveries)
 
     def send(self, velocity: Velocity) -> None:
+        """Publish a velocity for the base, unless somebody drives it by hand."""
+        if not self.by_hand:
+            self.send_by_hand(velocity)
+
+    def send_by_hand(self, velocity: Velocity) -> None:
         """Publish a velocity for the base; while the robot is stopped, none but zero."""
         velocity = Velocity() if self.held else velocity
         self.sent = velocity
@@ -171,9 +178,9 @@ class OrderExecutor:
         self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 
     def check_released(self) -> None:
-        """Raise ``Unavailable`` while the robot is stopped."""
-        if self.held:
-            raise Unavailable(self.held)
+        """Raise ``Unavailable`` while the robot is stopped, or driven by hand."""
+        if why := self.held or self.by_hand:
+            raise Unavailable(why)
 
     def _follow(self, order: move_base.FollowPlan) -> None:
         try:

@@ -186,9 +186,9 @@ class Surroundings:
         self._names = tuple(message.names) or ("",) * len(self._others)
         self._others_at = now
 
-    def trust_grants(self) -> None:
-        """Avoid no robots that drive by grants of the same traffic node as this one: they keep out of its way."""
-        self._trusts_grants = True
+    def trust_grants(self, trusts: bool) -> None:
+        """Set whether to avoid no robots that drive by grants of the same traffic node: they keep out of its way."""
+        self._trusts_grants = trusts
 
     def expect_no_scans(self) -> None:
         """Take it that the robot localizes itself, for the text that says what is missing."""

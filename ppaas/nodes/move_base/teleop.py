@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from ppaas.controllers.base import Velocity, VelocityLimits
 from ppaas.controllers.command_guard import CommandGuard
@@ -28,10 +28,27 @@ STATE_PERIOD = 0.1
 """Longest time between two states while somebody drives [s]."""
 
 
+class HandDrivenBase(Protocol):
+    """Base of a robot that somebody drives by hand.
+
+    Attributes
+    ----------
+    held : str
+        Why the robot is stopped; empty if it is not.
+    """
+
+    held: str
+
+    def send_by_hand(self, velocity: Velocity) -> None:
+        """Publish a velocity for the base; while the robot is stopped, none but zero."""
+        ...
+
+
 class Teleop:
     """Drives as one operator commands, with the collision check of local planners.
 
-    A driver preempts the goal and the behaviour of Move Base, which takes no others meanwhile.
+    While somebody drives, the goal of Move Base waits, its behaviour ends, and it takes no others. The goal goes on if
+    the driver gives the robot back, and ends if the turn ends otherwise.
 
     Parameters
     ----------
@@ -48,10 +65,12 @@ class Teleop:
         Limits of the base.
     limits : SpeedLimits
         Speed limits by place, and of operators.
-    send : callable
-        Publishes a velocity for the base.
+    driving : HandDrivenBase
+        The base, and why it is stopped.
     make_way : callable
-        Called with a reason when somebody begins to drive; ends what Move Base does.
+        Called with a reason when somebody begins to drive: Move Base waits.
+    go_on : callable
+        Called with that reason when nobody drives any more, and whether Move Base goes on.
     refusal : str
         Why this robot is not driven by hand; empty if it may be.
     """
@@ -62,15 +81,15 @@ class Teleop:
     def __init__(
         self, context: Context, surroundings: Surroundings, *, parameters: TeleopParameters, guard: CommandGuard,
         passive_safety: PassiveSafety, base: VelocityLimits, limits: SpeedLimits,
-        send: Callable[[Velocity], None], make_way: Callable[[str], None], refusal: str,
+        driving: HandDrivenBase, make_way: Callable[[str], None], go_on: Callable[[str, bool], None], refusal: str,
     ) -> None:  # fmt: skip
         self._context = context
         self._surroundings = surroundings
         self._guard = guard
         self._passive_safety = passive_safety
         self._limits = limits
-        self._send = send
-        self._make_way = make_way
+        self._driving = driving
+        self._make_way, self._go_on = make_way, go_on
         self._refusal = refusal
         self._parameters = parameters
         self._fastest = Velocity(
@@ -79,14 +98,14 @@ class Teleop:
         self._machine = Teleoperation(parameters, self._fastest)
         self._cycle: Timer | None = None
         self._sent = Velocity()
-        self._passed_at = self._published_at = -math.inf
+        self._passed_at = self._moved_at = self._published_at = -math.inf
         self._mode = TeleopMode.FREE
 
     @property
     def holds(self) -> str:
         """Why Move Base takes no goal: somebody drives by hand. Empty if nobody does."""
         driver = self._machine.driver
-        return "" if driver is None else f"{driver.name or driver.id} drives the robot by hand"
+        return "" if driver is None else _reason(driver)
 
     def take(self, topic: str, message: Payload) -> bool:
         """Handle a message of the topic; return whether it is of it.
@@ -106,11 +125,13 @@ class Teleop:
         if not self._refusal:
             self._machine.take(command, now)
             self._hand_over(before)
-        driver = self._machine.driver
-        stops = self._sent != Velocity() == self._machine.velocity(now)
+        driver, wanted, period = self._machine.driver, self._machine.velocity(now), 1.0 / self._parameters.max_rate
+        stops = self._sent != Velocity() == wanted
+        starts = self._sent == Velocity() != wanted and now - self._moved_at >= period
         of_driver = driver is not None and driver.id == command.id
-        if driver is not before or stops or (of_driver and now - self._passed_at >= 1.0 / self._parameters.max_rate):
+        if driver is not before or stops or starts or (of_driver and now - self._passed_at >= period):
             self._passed_at = now
+            self._moved_at = now if wanted != Velocity() else self._moved_at
             self._drive(now)
             self._publish(now)
         elif not of_driver and now - self._published_at >= STATE_PERIOD:
@@ -127,6 +148,8 @@ class Teleop:
             assert self._cycle is not None, "it runs while somebody drives"
             self._cycle.stop()
             self._cycle = None
+            assert before is not None, "somebody drove before"
+            self._go_on(_reason(before), self._machine.gave_back)
         else:
             self._make_way(self.holds)
             self._cycle = self._cycle or self._context.every(PERIOD, self._tick)
@@ -148,7 +171,7 @@ class Teleop:
             return
         wanted = self._machine.velocity(now)
         self._sent = self._safe(wanted, now)
-        self._send(self._sent)
+        self._driving.send_by_hand(self._sent)
         if driver.lock:
             self._mode = TeleopMode.LOCKED
         elif self._sent == wanted:
@@ -158,12 +181,15 @@ class Teleop:
 
     def _stand(self) -> None:
         self._sent, self._mode = Velocity(), TeleopMode.FREE
-        self._send(self._sent)
+        self._driving.send_by_hand(self._sent)
 
     def _safe(self, wanted: Velocity, now: float) -> Velocity:
         """Return a velocity that touches nothing; none without a pose."""
         if wanted == Velocity():
             return wanted
+        if self._driving.held:
+            self._machine.stop(self._driving.held)
+            return Velocity()
         around = self._surroundings
         try:
             pose = around.pose(now)
@@ -194,3 +220,7 @@ class Teleop:
             state.id, state.driver, state.command, state.text = driver.id, driver.name, driver.number, driver.lock
         self._published_at = now
         self._context.publish(topics.TELEOP_STATE.name, state)
+
+
+def _reason(driver: HandDriver) -> str:
+    return f"{driver.name or driver.id} drives the robot by hand"

@@ -9,7 +9,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_list, robot_map, robot_recordings, robot_shares, robot_urdf
+from robots.cli.verbs import robot_drive, robot_goals, robot_list, robot_map, robot_recordings, robot_shares, robot_urdf
 from robots.client.cloud_url import path_of
 
 NAME = "robot"
@@ -36,6 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot; 'ppaas stop' holds it"))
+    robot_drive.configure(verbs.add_parser("drive", help="drive a robot by hand, by the keys of this terminal"))
     robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
     robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
     robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))
@@ -121,6 +122,7 @@ _VERBS = {
     "change": _change,
     "delete": ROBOTS.delete,
     "nodes": run_nodes,
+    "drive": robot_drive.run,
     "map": robot_map.run,
     "go": robot_goals.go,
     "state": robot_goals.state,

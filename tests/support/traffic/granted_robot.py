@@ -11,6 +11,7 @@ from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.operators.teleoperation import TeleopCommand, TeleopState
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
@@ -39,12 +40,12 @@ class GrantedRobot:
         self.reports: list[TrafficReport] = []
         self.results: list[MoveBaseActionResult] = []
         self.text = ""
-        self._number = 0
+        self._number = self._commands = self._state = 0
         build_clone(
             self.graph, build_layers(walled_map(8, 8, [])), model="turtlebot2", initial_pose=tuple(pose),
             parameters={"traffic": {}}, robot="tb1",
         )  # fmt: skip
-        for topic in ("traffic/report", "move_base/result", "move_base/status", "cmd_vel"):
+        for topic in ("traffic/report", "move_base/result", "move_base/status", "cmd_vel", "teleop_state"):
             self.graph.tap(topic, self._hear)
         self.run(0.5)
 
@@ -56,6 +57,8 @@ class GrantedRobot:
                 self.results.append(message)
             case Twist():
                 self.command = message
+            case TeleopState():
+                self._state = message.number
             case GoalStatusArray(status_list=[*_, last]):
                 self.text = last.text
 
@@ -92,6 +95,19 @@ class GrantedRobot:
             Header(frame_id="map"), "tb1", epoch, self._number, self.report.revision, SPACING, way=way, **fields
         )  # type: ignore[arg-type]
         self.graph.inject("traffic/grants", grants)
+
+    def grant_from_here(self, column: int, **fields: object) -> None:
+        """Grant the cells from the one where the robot is nearest, along the first row up to a column."""
+        here = max(0, min(round((self.pose.x - 1.0) / SPACING), column))
+        self.grant(*((each, 0) for each in range(here, column + 1)), **fields)
+
+    def by_hand(self, linear: float = 0.0, angular: float = 0.0, *, request: str = "", enable: bool = True) -> None:
+        """Send a command of a driver, who hears each state at once."""
+        self._commands += 1
+        command = TeleopCommand(
+            "desk", self._commands, linear, angular, enable, self._state, 0.0, self._state, request, "ada"
+        )
+        self.graph.inject("teleop_cmd", command)
 
     def send_goal(self, column: float, row: float, goal_id: str = "there") -> None:
         """Send a goal in the centre of a cell, or beside it, as an operator does."""

@@ -27,6 +27,7 @@ export class Teleop {
     this.#panel = new TeleopPanel({
       begin: () => this.#begin(),
       end: () => this.#end(),
+      giveBack: () => this.#end("give back"),
       takeOver: () => this.#driver?.takeOver(),
       moved: () => this.#send(),
     });
@@ -94,9 +95,9 @@ export class Teleop {
     this.#end();
   }
 
-  /** Drive no longer. */
-  #end() {
-    const leaving = this.#driver?.leaving(seconds());
+  /** Drive no longer; the robot goes on to its goal only if it is given back. */
+  #end(request = "leave") {
+    const leaving = this.#driver?.leaving(seconds(), request);
     if (leaving) this.#socket?.publish("teleop_cmd", leaving);
     clearInterval(this.#timer);
     this.#socket?.close();

@@ -81,9 +81,9 @@ export class TeleopDriver {
     return this.#message(enable ? motion : null, now, poseAt);
   }
 
-  /** The command by which it drives no longer. @param {number} now seconds */
-  leaving(now) {
-    this.#request = "leave";
+  /** The command by which it drives no longer. @param {number} now seconds @param {string} request "leave" or "give back" */
+  leaving(now, request = "leave") {
+    this.#request = request;
     return this.drives ? this.#message(null, now, -Infinity) : null;
   }
 

@@ -12,13 +12,14 @@ export class TeleopPanel {
   #orders;
   #begin;
   #end;
+  #giveBack;
   #takeOver;
   #pad;
   #knob = make("span", { className: "teleop-knob", "aria-hidden": "true" });
   #text = make("p", { className: "teleop-text", role: "status" });
   #trip = make("p", { className: "teleop-trip" });
 
-  /** @param {{begin: () => void, end: () => void, takeOver: () => void, moved: () => void}} orders */
+  /** @param {{begin: () => void, end: () => void, giveBack: () => void, takeOver: () => void, moved: () => void}} orders */
   constructor(orders) {
     this.#orders = orders;
     const begin = () => {
@@ -27,6 +28,8 @@ export class TeleopPanel {
     };
     this.#begin = make("button", { className: "button", type: "button", textContent: "Drive by hand", onclick: begin });
     this.#end = make("button", { className: "button stop", type: "button", textContent: "Stop driving", onclick: orders.end });
+    const title = "Stop driving; the robot goes on to the goal that it had";
+    this.#giveBack = make("button", { className: "button", type: "button", textContent: "Give back", title, onclick: orders.giveBack });
     const take = () => {
       orders.takeOver();
       this.#pad.focus();
@@ -34,7 +37,7 @@ export class TeleopPanel {
     this.#takeOver = make("button", { className: "button", type: "button", textContent: "Take over", onclick: take });
     this.#pad = make("div", { className: "teleop-pad", tabIndex: 0, role: "application", "aria-label": `Pad to drive the robot. ${HELP}` }, this.#knob);
     this.#listen();
-    this.element.append(this.#begin, this.#pad, this.#text, this.#trip, make("div", { className: "actions" }, this.#takeOver, this.#end));
+    this.element.append(this.#begin, this.#pad, this.#text, this.#trip, make("div", { className: "actions" }, this.#takeOver, this.#giveBack, this.#end));
   }
 
   #listen() {
@@ -93,6 +96,7 @@ export class TeleopPanel {
     this.#begin.hidden = driver !== null;
     for (const part of [this.#pad, this.#text, this.#trip, this.#end]) part.hidden = !driver;
     this.#takeOver.hidden = !driver?.mayTakeOver;
+    this.#giveBack.hidden = !driver?.drives;
     if (!driver) return;
     say(this.#text, text);
     this.#pad.dataset.mode = driver.drives ? driver.state.mode : "free";

@@ -17,6 +17,8 @@ test("what a robot does is told in words", () => {
 test("robots that are not planned for say why", () => {
   assert.match(doing(robot("stopped")), /^Does not get on: others are planned around it; holds 1 cell$/);
   assert.match(doing(robot("stray")), /^Has left its way/);
+  assert.match(doing(robot("by_hand")), /^Is driven by hand/);
+  assert.match(doing(robot("held")), /^Is stopped/);
   assert.match(doing(robot("silent")), /^Says nothing/);
   assert.match(doing(robot("out", { way: [] })), /^Taken out/);
   const nowhere = robot("no_cells", { way: [], waits_for: "lane 'a' is too short", goal: [1, 1] });

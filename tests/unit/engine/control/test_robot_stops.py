@@ -169,6 +169,16 @@ async def test_clones_that_do_not_confirm_are_named(cloud: Cloud) -> None:
     assert (report.standing, report.unconfirmed) == (("tb1",), ("tb2", "tb3"))
 
 
+async def test_a_robot_that_drives_by_itself_stands_only_once_it_has_confirmed(cloud: Cloud) -> None:
+    clone = cloud.connect("tb1", deaf=True)
+    clone.report(StopsInForce((EVERY,), unheard=True))
+    [report] = await cloud.stops.stop(order(EVERY))
+    assert (report.standing, report.unconfirmed) == ((), ("tb1",))
+    clone.report(StopsInForce((EVERY,)))
+    [report] = await cloud.stops.stop(order(EVERY))
+    assert (report.standing, report.unconfirmed) == (("tb1",), ())
+
+
 async def test_one_call_stops_robots_of_several_users(cloud: Cloud) -> None:
     mine, theirs = cloud.connect("tb1"), cloud.connect("tb1", user="bob")
     orders = [*order(EVERY), *order(RobotStop(ROBOT, "tb1", "ann", 4.0), "bob")]

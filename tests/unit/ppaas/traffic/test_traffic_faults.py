@@ -10,6 +10,7 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.lattice_roadmap import LatticeRoadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
+from ppaas.geometry import Pose2D
 from ppaas.traffic.coordinator import TrafficCoordinator
 from ppaas.traffic.settings import TrafficParameters
 
@@ -183,6 +184,79 @@ def test_a_robot_that_is_larger_and_fits_leads_to_larger_cells() -> None:
     simulation.run(10.0)
     assert coordinator_of(simulation).occupancy.cells is not simulation.hall
     assert len(coordinator_of(simulation).occupancy.cells.roadmap) == 12
+
+
+# -- robots that follow no grants --------------------------------------------------------------------------------------
+
+
+def way_round() -> Simulation:
+    """Return a robot in the middle of a ring, and another that is led past it, in a hall with two ways."""
+    simulation = Simulation(roadmap_of(".....\n.###.\n....."), 3)
+    simulation.add(2)
+    simulation.add(0, goal=4)
+    return simulation
+
+
+@pytest.mark.parametrize("why", ["by_hand", "held"])
+def test_others_are_led_around_a_robot_that_is_aside_and_it_goes_on_to_its_goal_afterwards(why: str) -> None:
+    simulation = way_round()
+    aside, other = simulation.robots
+    aside.head_for(*simulation.hall.centre(5), simulation.now)
+    simulation.run(1.5)
+    aside.set_aside(why)
+    simulation.run(14.0)
+    assert other.arrived == 1, "it does not wait until patience has run out"
+    member = coordinator_of(simulation).members[aside.name]
+    assert (member.standing, member.chain) == (why, [])
+    assert coordinator_of(simulation).occupancy.cells.closest(*aside.pose[:2]) in member.base
+    assert aside.goal_id and aside.arrived == 0
+    aside.set_aside("")
+    simulation.run(30.0, until_home=True)
+    assert aside.arrived == 1
+    assert simulation.contacts.count == 0
+
+
+def test_what_a_robot_that_is_driven_by_hand_holds_follows_its_place_and_is_granted_to_nobody() -> None:
+    simulation = way_round()
+    aside, other = simulation.robots
+    simulation.run(0.5)
+    aside.set_aside("by_hand")
+    held = set[int]()
+    for step in range(400):
+        x, y, theta = aside.pose
+        aside.pose = Pose2D(max(x - 0.02, 0.7) if step > 20 else x, y, theta)  # towards the other
+        simulation.step()
+        member, near = (coordinator_of(simulation).members[robot.name] for robot in simulation.robots)
+        held |= member.base
+        if step % 10 == 9:
+            assert coordinator_of(simulation).occupancy.cells.closest(*aside.pose[:2]) in member.base
+            assert not member.base & set(near.chain[1:]), "what is ahead of it was asked back"
+    assert held >= {1, 2}
+    assert other.arrived == 1, "it was led around the robot"
+    assert simulation.contacts.count == 0
+
+
+def test_a_robot_that_is_alone_and_driven_by_hand_gets_no_grants_and_drives_freely_afterwards() -> None:
+    simulation = Simulation(roadmap_of("....."), 3)
+    robot = simulation.add(0, goal=4)
+    simulation.run(1.5)
+    assert robot.way.free
+    robot.set_aside("by_hand")
+    revision = robot.way.revision
+    simulation.run(3.0)
+    assert robot.way.revision == revision and not robot.way.free
+    robot.set_aside("")
+    simulation.run(20.0, until_home=True)
+    assert robot.arrived == 1
+
+
+def test_a_robot_that_is_aside_for_an_unknown_reason_is_refused() -> None:
+    simulation = fleet(1, 1)
+    simulation.run(2.0)
+    report = simulation.robots[0].report(simulation.now + 0.1)
+    report.aside = "asleep"
+    with pytest.raises(InvalidInput, match="asleep"):
+        coordinator_of(simulation).report(report, simulation.now)
 
 
 # -- poses -------------------------------------------------------------------------------------------------------------

@@ -67,9 +67,21 @@ class FakeProcess:
             self.delivered.append(topic)
 
 
-async def bridge(*nodes: protocol.Added) -> tuple[TopicBridge, FakeClient, FakeProcess]:
+class FakeLatch:
+    """Replaces velocities while the robot is stopped."""
+
+    stopped = False
+
+    def passed(self, topic: str, payload: msgspec.Raw) -> msgspec.Raw:
+        return msgspec.Raw(encode(Twist())) if self.stopped and topic == "cmd_vel" else payload
+
+
+LATCH = FakeLatch()
+
+
+async def bridge(*nodes: protocol.Added, latch: FakeLatch = LATCH) -> tuple[TopicBridge, FakeClient, FakeProcess]:
     client, process = FakeClient(), FakeProcess()
-    made = TopicBridge(client, ("odom", "camera/depth/image_raw"))  # type: ignore[arg-type]
+    made = TopicBridge(client, ("odom", "camera/depth/image_raw"), latch)  # type: ignore[arg-type]
     for node in nodes:
         made.expect(node.node)
         await made.open(node, process)  # type: ignore[arg-type]
@@ -88,6 +100,22 @@ async def test_sensor_data_reaches_local_nodes_without_the_cloud() -> None:
     assert process.delivered == ["odom"]
     client.subscriptions["tf"](encode(TFMessage([])))
     assert process.delivered == ["odom", "tf"]
+
+
+async def test_velocities_pass_the_latch_on_their_way_to_the_base_and_to_the_cloud() -> None:
+    latch = FakeLatch()
+    made, client, _ = await bridge(DRIVER, latch=latch)
+    velocities: list[Twist] = []
+    await client.subscribe("cmd_vel", Twist, velocities.append)
+    said = protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(FAST)))
+    made.on_message(said)
+    latch.stopped = True
+    made.on_message(said)
+    forwarding = asyncio.create_task(made.run())
+    await asyncio.sleep(0)
+    forwarding.cancel()
+    assert velocities == [FAST, Twist()]
+    assert [message for _, message, _ in client.sent] == [FAST, Twist()]
 
 
 CAMERA = protocol.Added("camera", [protocol.TopicName("camera/depth/image_raw", "sensor_msgs/Image")], ["scan"])

@@ -14,6 +14,7 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.fleet.traffic import ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 from ppaas.zones.reading import geojson_of, zones_of
@@ -62,7 +63,10 @@ class FakeCloud:
         return ppaas_msgs.NodeHome("move_base", "robot" if self.lease else "cloud", self.wanted, 1.0, [])
 
     async def subscribe(self, topic: str, _: type[Message], callback: Any) -> None:
-        self._tell = callback
+        if topic == "stop/state":
+            callback(StopState())
+        else:
+            self._tell = callback
 
     def attach(self, _: object) -> None: ...
 

@@ -15,6 +15,7 @@ from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages import decode
 from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.ppaas_msgs import (
     GiveNodeRequest,
     HoldNodeRequest,
@@ -389,6 +390,41 @@ def test_oldest_unheard_message_is_dropped_beyond_the_limit(cloud: Cloud) -> Non
     came(cloud, *map(str, range(MOST + 1)), "50")
     unheard = names(cloud.hold("driver", lease, state="{}").unheard)
     assert (len(unheard), unheard[0], unheard[-1]) == (MOST, "1", "50")
+
+
+# -- what a robot that drives by itself knows --------------------------------------------------------------------------
+
+
+def state_of_stops(cloud: Cloud, *texts: str) -> list[str]:
+    """Publish states of stops for the node that is away; return their fingerprints."""
+    states = [StopState(stopped=bool(text), text=text) for text in texts]
+    for state in states:
+        cloud.hands.came["driver"]("stop/state", state)
+    return [fingerprint("stop/state", state) for state in states]
+
+
+def test_a_message_is_lacked_until_the_robot_has_confirmed_the_last_one(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    stopped, free = state_of_stops(cloud, "stopped by 'ann'", "")
+    came(cloud, "a")
+    assert cloud.node.lacks("driver", "stop/state")
+    assert len(cloud.hold("driver", lease, state="{}", heard=[stopped]).unheard) == 2, "the earlier state is outdated"
+    assert cloud.node.lacks("driver", "stop/state")
+    cloud.hold("driver", lease, state="{}", heard=[free])
+    assert not cloud.node.lacks("driver", "stop/state")
+
+
+def test_a_robot_that_is_lost_with_its_node_lacks_all_until_it_is_heard_of(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    assert not cloud.node.lacks("driver", "stop/state")
+    cloud.wait(4.0)
+    assert cloud.node.lacks("driver", "stop/state"), "it may drive by itself"
+    after = Cloud(state=cloud.node.checkpoint())
+    assert after.node.lacks("driver", "stop/state")
+    after.hold("driver", lease, state="{}")
+    assert not after.node.lacks("driver", "stop/state"), "it was told that it holds no lease"
+    cloud.ask("tell_robot", STRONG)
+    assert not cloud.node.lacks("driver", "stop/state"), "its latch holds it on the new connection"
 
 
 def rows(*entries: tuple[int, bytes]) -> list[LogEntry]:

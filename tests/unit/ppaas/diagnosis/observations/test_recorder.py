@@ -4,10 +4,20 @@ import math
 
 import pytest
 
-from ppaas.diagnosis.observations.recorder import LONGEST_COMMAND, MOST_PARENTS, FrameWatch, Motion, alternates
+from ppaas.diagnosis.observations.place import WatchedRobot
+from ppaas.diagnosis.observations.recorder import (
+    LONGEST_COMMAND,
+    MOST_PARENTS,
+    FrameWatch,
+    Motion,
+    ObservationRecorder,
+    alternates,
+)
 from ppaas.geometry import Pose2D
-from ppaas.messages.base.std_msgs import Time
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import TransformStamped, Twist, Vector3
+from ppaas.messages.health.stops import StopState
+from ppaas.messages.operators.teleoperation import TeleopState
 from ppaas.transforms.planar import transform_message
 from tests.support.world.diagnosed_robot import DiagnosedRobot
 
@@ -84,3 +94,22 @@ def test_two_senders_that_take_turns_are_told_from_one_that_drives() -> None:
     assert [alternates(turns), alternates(drives), alternates([(0.0, 0.0)] * 20), alternates(turns[:5])] == [
         True, False, False, False,
     ]  # fmt: skip
+
+
+def test_a_stop_holds_until_it_is_released_and_a_driver_as_long_as_states_come() -> None:
+    recorder = ObservationRecorder(0.0)
+    recorder.take("stop/state", StopState(stopped=True, text="stopped by 'ann'"), 1.0, 0.0)
+    recorder.take("teleop_state", TeleopState(Header(), 7, id="x", driver="bob", mode="locked", text="late"), 1.0, 0.0)
+    seen = recorder.observations(1.5, WatchedRobot())
+    assert (seen.stopped, seen.hand.driver, seen.hand.mode, seen.hand.text) == (
+        "stopped by 'ann'",
+        "bob",
+        "locked",
+        "late",
+    )
+    seen = recorder.observations(3.0, WatchedRobot())
+    assert (seen.stopped, seen.hand.driver) == ("stopped by 'ann'", "")
+    recorder.take("stop/state", StopState(), 3.0, 0.0)
+    recorder.take("teleop_state", TeleopState(Header(), 8, mode="free"), 3.0, 0.0)
+    seen = recorder.observations(3.0, WatchedRobot())
+    assert (seen.stopped, seen.hand.driver) == ("", "")

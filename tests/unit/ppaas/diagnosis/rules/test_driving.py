@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from ppaas.diagnosis.observations.facts import GoalFacts, MotionFacts, NodeFacts, TopicFacts
+from ppaas.diagnosis.observations.facts import GoalFacts, HandFacts, MotionFacts, NodeFacts, TopicFacts
 from ppaas.diagnosis.rules.driving import goals, motion
 from ppaas.messages.actionlib_msgs import Status
 from tests.support.world.diagnosed_robot import LINK, healthy
@@ -30,6 +30,31 @@ def test_reason_for_no_command_is_given(goal: GoalFacts, commands: int, kind: st
         assert "no odometry for 2.0 s" in finding.text
     if kind in ("no-goal", "goal-failed"):
         assert "ppaas robot go tb1" in finding.advice
+
+
+def test_a_stopped_robot_is_found_with_who_stopped_it_and_how_to_release_it() -> None:
+    waits = GoalFacts(name="g", status=Status.ACTIVE, text="waiting: stopped by 'ann'")
+    [finding] = goals(healthy(goal=waits, stopped="stopped by 'ann' since noon: a pallet fell", robot="tb1"))
+    assert (finding.kind, finding.level) == ("robot-stopped", "error")
+    assert finding.text.endswith("stopped by 'ann' since noon: a pallet fell. Its goal waits.")
+    assert "ppaas release tb1" in finding.advice
+    [finding] = goals(healthy(stopped="all robots are stopped by 'ann'", hand=HandFacts(driver="bob", mode="locked")))
+    assert "goal" not in finding.text
+
+
+@pytest.mark.parametrize(
+    ("mode", "text", "level", "said"),
+    [
+        ("driving", "", "ok", "bob drives the robot by hand"),
+        ("blocked", "", "warn", "something is in the way"),
+        ("locked", "commands came 0.4 s late", "warn", "it stands: commands came 0.4 s late."),
+    ],
+)
+def test_a_robot_that_is_driven_by_hand_is_found_with_its_driver(mode: str, text: str, level: str, said: str) -> None:
+    ended = GoalFacts(name="g", status=Status.PREEMPTED, text="bob drives the robot by hand")
+    [finding] = goals(healthy(goal=ended, hand=HandFacts(driver="bob", mode=mode, text=text)))
+    assert (finding.kind, finding.level) == ("driven-by-hand", level)
+    assert said in finding.text
 
 
 def test_robot_that_does_not_hear_cmd_vel_is_found_first() -> None:

@@ -7,6 +7,8 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.geometry_msgs import Twist
+from ppaas.messages.health.stops import StopState
 from ppaas.nodes.graph import Graph
 from tests.support.traffic.granted_robot import SPACING, GrantedRobot
 from tests.support.world.planar_world import walled_map
@@ -189,6 +191,58 @@ def test_one_that_is_pushed_off_its_way_stops_and_begins_anew() -> None:
     assert robot.command.linear.x == 0.0
     assert (robot.report.stray, robot.report.way) == (False, [])
     assert robot.report.revision == revision + 1
+
+
+def test_one_that_is_stopped_gives_back_its_way_where_it_stands_and_asks_for_another_afterwards() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(*LINE, goal_id="there")
+    robot.run(1.5)
+    revision = robot.report.revision
+    robot.graph.inject("stop/state", StopState(stopped=True, text="stopped by 'ann'"))
+    robot.run(1.0)
+    assert robot.command == Twist()
+    assert (robot.report.aside, robot.report.way, robot.report.goal_id) == ("held", [], "there")
+    assert robot.report.revision == revision + 1
+    assert robot.text == "waiting: stopped by 'ann'"
+    robot.graph.inject("stop/state", StopState())
+    robot.run(0.5)
+    assert (robot.report.aside, robot.report.revision, robot.results) == ("", revision + 2, [])
+    robot.grant_from_here(2, goal_id="there", at_goal=True)
+    robot.run(10.0)
+    assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_one_that_is_driven_by_hand_follows_no_grants_and_takes_up_its_goal_afterwards(alone: bool) -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    if alone:
+        robot.grant(free=True)
+    else:
+        robot.grant(*LINE, goal_id="there")
+    robot.run(1.5)
+    robot.by_hand(request="drive", enable=False)
+    robot.run(0.3)
+    report = robot.report
+    assert (report.aside, report.way, report.free, report.goal_id) == ("by_hand", [], False, "there")
+    y = robot.pose.y
+    for _ in range(40):
+        robot.by_hand(-0.2, 0.4)
+        robot.run(0.05)
+    assert abs(robot.pose.y - y) > 0.1 and not robot.report.stray
+    assert (robot.report.x, robot.report.y) == pytest.approx((robot.pose.x, robot.pose.y), abs=0.1)
+    assert robot.report.revision == report.revision
+    robot.grant(*LINE, goal_id="there")
+    robot.by_hand(0.0, 0.4)
+    robot.run(0.3)
+    assert robot.report.way == [], "grants that were on their way are given back"
+    robot.by_hand(request="give back", enable=False)
+    robot.run(0.3)
+    assert (robot.report.aside, robot.results) == ("", [])
+    robot.grant_from_here(3, goal_id="there", at_goal=True)
+    robot.run(15.0)
+    assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
 
 
 def test_grants_of_other_robots_and_of_earlier_epochs_are_ignored() -> None:

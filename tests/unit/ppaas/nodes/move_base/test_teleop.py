@@ -8,6 +8,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.codec import decode, encode
+from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav2_motions import SpinActionGoal, SpinActionResult, SpinGoal
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.messages.operators.teleoperation import TeleopCommand, TeleopState
@@ -122,24 +123,67 @@ def test_the_costmap_stops_the_robot_before_what_only_the_laser_sees() -> None:
     assert hands.driving.clearance > 0.18
 
 
-def test_a_goal_is_preempted_and_no_other_is_taken_meanwhile() -> None:
+def taken_from_its_goal() -> Hands:
+    """Return a robot that was taken on its way to a goal, and has been driven since."""
     hands = Hands()
     hands.driving.send_goal(FAR)
     hands.wait(1.0)
     assert hands.command != (0.0, 0.0)
     hands.begin()
     assert hands.command == (0.0, 0.0)
-    assert hands.driving.last_status() is Status.PREEMPTED
-    assert hands.driving.results[-1].status.text == "ada drives the robot by hand"
-    hands.driving.send_goal(FAR)
-    assert hands.driving.last_status() is Status.REJECTED
     hands.drive(0.3, seconds=0.5)
     assert {(twist.linear.x, twist.angular.z) for twist in hands.driving.commands[-10:]} == {(0.3, 0.0)}
-    hands.send(enable=False, request="leave")
+    return hands
+
+
+def test_a_goal_waits_and_no_other_is_taken_until_the_robot_is_given_back() -> None:
+    hands = taken_from_its_goal()
+    hands.driving.send_goal(Pose2D(3.0, 1.0))
+    assert [result.status.status for result in hands.driving.results] == [Status.REJECTED]
+    assert hands.driving.results[-1].status.text == "ada drives the robot by hand"
+    hands.send(enable=False)
+    hands.wait(1.0)
+    assert hands.command == (0.0, 0.0), "to let go is not to give back"
+    assert "waiting: ada drives the robot by hand" in hands.driving.texts
+    hands.send(enable=False, request="give back")
     assert hands.state.mode == "free"
+    hands.wait(1.0)
+    assert hands.command != (0.0, 0.0)
+    hands.driving.run(30.0)
+    assert hands.driving.last_status() is Status.SUCCEEDED
+
+
+@pytest.mark.parametrize("ends", ["leaves", "is silent", "is replaced by one who leaves"])
+def test_a_goal_ends_if_the_robot_is_not_given_back(ends: str) -> None:
+    hands, name = taken_from_its_goal(), "ada"
+    if ends == "is replaced by one who leaves":
+        name = "bob"
+        hands.begin("bob", "take over")
+    if ends != "is silent":
+        hands.send(who=name, enable=False, request="leave")
+    hands.wait(2.2)
+    [result] = hands.driving.results
+    assert (result.status.status, result.status.text) == (Status.PREEMPTED, f"{name} drives the robot by hand")
+    assert hands.command == (0.0, 0.0)
     hands.driving.send_goal(FAR)
     hands.wait(1.0)
     assert hands.command != (0.0, 0.0)
+
+
+def test_a_stopped_robot_stands_and_its_driver_reads_why() -> None:
+    hands = Hands()
+    hands.begin()
+    hands.drive(0.3, seconds=0.3)
+    hands.driving.graph.inject("stop/state", StopState(stopped=True, text="stopped by 'ann'"))
+    hands.drive(0.3, seconds=0.2)
+    assert hands.command == (0.0, 0.0)
+    assert (hands.state.mode, hands.state.text) == ("locked", "stopped by 'ann'")
+    hands.driving.graph.inject("stop/state", StopState())
+    hands.drive(0.3, seconds=0.2)
+    assert hands.command == (0.0, 0.0), "a release moves nothing"
+    hands.send(enable=False)
+    hands.drive(0.3, seconds=0.2)
+    assert hands.command == (0.3, 0.0)
 
 
 def test_a_behaviour_is_preempted_and_no_other_is_taken_meanwhile() -> None:
@@ -211,17 +255,40 @@ def test_commands_that_come_too_often_are_passed_on_at_the_largest_rate_but_a_st
     assert hands.command == (0.0, 0.0)
 
 
+def test_a_command_that_moves_the_robot_is_passed_on_at_once_but_no_faster_than_the_largest_rate() -> None:
+    hands = Hands(parameters={"teleop": {"max_rate": 10.0}})
+    hands.begin()
+    hands.wait(0.2)
+    hands.send(enable=False)
+    hands.send(0.3)
+    assert hands.command == (0.3, 0.0), "it does not wait because the control was let go just now"
+    before = len(hands.driving.commands)
+    for _ in range(100):
+        hands.send(enable=False)
+        hands.send(0.3)
+    assert len(hands.driving.commands) == before + 1, "the stop alone"
+
+
 @pytest.mark.parametrize(
     ("parameters", "reason"),
-    [({"follow_path": {}}, "follows paths itself"), ({"traffic": {}}, "traffic of its map")],
+    [({"follow_path": {}}, "follows paths itself")],
 )
-def test_a_robot_that_others_rely_on_is_not_driven_by_hand(parameters: dict[str, Any], reason: str) -> None:
+def test_a_robot_that_obeys_no_velocities_is_not_driven_by_hand(parameters: dict[str, Any], reason: str) -> None:
     hands = Hands(parameters=parameters)
     hands.begin()
     assert hands.state.mode == "refused"
     assert reason in hands.state.text
     hands.drive(0.3, seconds=0.3)
     assert hands.command == (0.0, 0.0)
+
+
+def test_the_goal_of_a_robot_that_moves_while_it_is_driven_ends() -> None:
+    hands = taken_from_its_goal()
+    moved = Hands()
+    moved.driving.graph.restore(hands.driving.graph.checkpoints())
+    moved.wait(1.0)
+    assert moved.driving.last_status() is Status.PREEMPTED
+    assert moved.command == (0.0, 0.0)
 
 
 def test_a_driver_is_not_part_of_a_checkpoint() -> None:
