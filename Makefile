@@ -25,6 +25,7 @@ RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 MERMAID := build/mermaid/node_modules
 HELM := build/helm/helm
+CRDS := build/crds/.fetched
 ROS := build/ros
 NOETIC := python3-rospy,python3-rosmaster,python3-actionlib,python3-move-base-msgs,python3-nav-msgs,python3-sensor-msgs,python3-tf2-msgs,python3-numpy
 ARM := build/arm
@@ -92,12 +93,12 @@ broker: ## Get Debian's mosquitto, over which tests speak MQTT
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends mosquitto >/dev/null; } || \
 		echo "broker: no mosquitto; install it (Debian starts it as a service), or its tests are skipped" >&2
 
-helm: $(HELM) ## Get Helm and the schemas of Kubernetes, with which tests check the chart
+helm: $(HELM) $(CRDS) ## Get Helm and the schemas of Kubernetes, with which tests check the chart
 
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@$(BIN)/ppaas warm
 
-test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) $(HELM) browser proxies broker kernels ## Run all tests
+test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) $(HELM) $(CRDS) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -267,6 +268,12 @@ $(HELM): tests/support/deploy/helm.lock | $(LOCKED)
 	@echo "setup: $(@D), by the versions of $<"
 	@$(BIN)/python -m tests.support.deploy.helm_tools && touch $@ || \
 		echo "setup: no $@; connect to the index of Python, or the tests of the chart are skipped" >&2
+
+# Definitions of the resources of Prometheus' operator, from a module of Go.
+$(CRDS): tests/support/deploy/crds.lock | $(LOCKED)
+	@echo "setup: $(@D), by the sums of $<"
+	@command -v go >/dev/null && $(BIN)/python -m tests.support.deploy.custom_resources && touch $@ || \
+		echo "setup: no $(@D); install go, or the tests of resources of Prometheus' operator are skipped" >&2
 
 # Programs in Go, by their modules; go checks them against its database of checksums.
 $(SYFT):

@@ -1,5 +1,6 @@
 """The image of a revision as an archive, built by BuildKit with the time of the commit."""
 
+import json
 import re
 import subprocess
 from collections.abc import Sequence
@@ -21,14 +22,14 @@ def resolve(name: str) -> str:
     Unavailable
         No registry that Docker reaches has it.
     """
-    words = ["docker", "buildx", "imagetools", "inspect", name, "--format", "{{.Manifest.Digest}}"]
+    words = ["docker", "buildx", "imagetools", "inspect", name, "--format", "{{json .Manifest}}"]
     try:
         done = subprocess.run(words, check=False, capture_output=True, text=True)
     except FileNotFoundError as error:
         raise Unavailable(NO_DOCKER) from error
     if done.returncode:
         raise Unavailable(f"the digest of {name} is not known: {done.stderr.strip()}")
-    return f"{name}@{done.stdout.strip()}"
+    return f"{name}@{json.loads(done.stdout)['digest']}"
 
 
 def command(tree: Path, archive: Path, version: str, date: int, arguments: Sequence[str]) -> list[str]:

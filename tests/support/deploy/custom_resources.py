@@ -19,7 +19,7 @@ LOCK = Path(__file__).with_name("crds.lock")
 
 def are_there() -> bool:
     """Return whether ``make helm`` has fetched the definitions."""
-    return FOLDER.is_dir() and any(FOLDER.iterdir())
+    return any(FOLDER.glob("*.yaml"))
 
 
 def custom_faults(found: dict[str, Any]) -> list[str]:
@@ -31,7 +31,7 @@ def custom_faults(found: dict[str, Any]) -> list[str]:
 @cache
 def _schema(api_version: str, kind: str) -> Any:
     group, _, release = api_version.partition("/")
-    for file in FOLDER.iterdir():
+    for file in FOLDER.glob("*.yaml"):
         spec = yaml.load(file.read_bytes(), yaml.CSafeLoader)["spec"]
         if (spec["group"], spec["names"]["kind"]) == (group, kind):
             [version] = [one for one in spec["versions"] if one["name"] == release]

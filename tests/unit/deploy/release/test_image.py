@@ -77,7 +77,7 @@ def _not_there(*_words: object, **_options: object) -> None:
 
 def test_the_digest_of_a_name_is_the_one_of_its_registry(noted: Path) -> None:
     digest = "sha256:" + "a" * 64
-    (noted.parent / "bin" / "docker").write_text(f"#!/bin/sh\necho {digest}\n")
+    (noted.parent / "bin" / "docker").write_text(f'#!/bin/sh\necho \'{{"digest": "{digest}"}}\'\n')
     assert image.resolve("python:3.11-slim") == f"python:3.11-slim@{digest}"
 
 
