@@ -9,8 +9,7 @@ PYTEST_ARGS ?=
 # Tests of robots that drive mostly wait, so more processes than cores share them (tests/ci/shares.py).
 TEST_PROCESSES ?= 6
 DEMO_ARGS ?=
-# Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
-CYCLONEDX := cyclonedx-bom==7.5.0
+# Extras that a cloud and its robots may install.
 SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping recording ros2 ros1 foxglove
 
 # Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
@@ -26,10 +25,20 @@ RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 MERMAID := build/mermaid/node_modules
 HELM := build/helm/helm
+CRDS := build/crds/.fetched
 ROS := build/ros
 NOETIC := python3-rospy,python3-rosmaster,python3-actionlib,python3-move-base-msgs,python3-nav-msgs,python3-sensor-msgs,python3-tf2-msgs,python3-numpy
 ARM := build/arm
 ARM_PACKAGES := gcc-arm-none-eabi binutils-arm-none-eabi libnewlib-dev libnewlib-arm-none-eabi
+# Of a release (docs/releasing.md): Go's programs, BuildKit, and what a target takes.
+SYFT := build/release/syft
+ACTIONLINT := build/release/actionlint
+GO_TOOL = GOBIN=$(abspath $(@D)) GOFLAGS=-trimpath go install
+BUILDKIT := moby/buildkit:v0.34.2
+RELEASE = $(BIN)/python -m deploy.release
+SBOM ?= build/sbom.json
+BUILDX ?= --builder ppaas-release
+PUBLISH_ARGS ?=
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
@@ -45,7 +54,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo docs man browser proxies broker helm kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra upgrade performance lock sbom clean
+.PHONY: help setup demo docs man browser proxies broker helm kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra upgrade performance lock sbom release-check dist reproduce builder base-image image reproduce-image image-digest sbom-image registry-login publish workflow clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -84,12 +93,12 @@ broker: ## Get Debian's mosquitto, over which tests speak MQTT
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends mosquitto >/dev/null; } || \
 		echo "broker: no mosquitto; install it (Debian starts it as a service), or its tests are skipped" >&2
 
-helm: $(HELM) ## Get Helm and the schemas of Kubernetes, with which tests check the chart
+helm: $(HELM) $(CRDS) ## Get Helm and the schemas of Kubernetes, with which tests check the chart
 
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@$(BIN)/ppaas warm
 
-test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) $(HELM) browser proxies broker kernels ## Run all tests
+test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) $(HELM) $(CRDS) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -184,12 +193,49 @@ lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
 	echo "uv" | $(UV_COMPILE) --upgrade --output-file deploy/bootstrap.lock -
 	$(UV_COMPILE) --upgrade --extra dev --output-file deploy/requirements.lock pyproject.toml
 
-sbom: $(LOCKED) ## Write build/sbom.json, the software bill of materials (CycloneDX) of what the wheel needs, as locked
-	@mkdir -p build
+sbom: $(INSTALLED) ## Write build/sbom.json, the software bill of materials (CycloneDX) of what the wheel needs, as locked
+	@mkdir -p build $(dir $(SBOM))
 	$(UV_COMPILE) $(foreach extra,$(SHIPPED),--extra $(extra)) --constraint deploy/requirements.lock --output-file build/sbom.requirements pyproject.toml
-	$(BIN)/uv tool run --quiet --from $(CYCLONEDX) cyclonedx-py requirements --pyproject pyproject.toml --output-reproducible \
-		--output-file build/sbom.json build/sbom.requirements
-	@echo "sbom: build/sbom.json"
+	$(BIN)/cyclonedx-py requirements --pyproject pyproject.toml --output-reproducible --output-file $(SBOM) build/sbom.requirements
+	@echo "sbom: $(SBOM)"
+
+release-check: $(INSTALLED) ## Refuse the tag TAG if the checkout is not its release; write the notes of the release
+	$(RELEASE) check "$(TAG)"
+
+dist: $(INSTALLED) $(HELM) ## Build wheel, source distribution and chart of the commit in dist
+	$(RELEASE) packages
+
+reproduce: $(INSTALLED) $(HELM) ## Build them twice, in other folders and surroundings, and compare all bytes
+	$(RELEASE) reproduce
+
+builder: ## Start the BuildKit that builds the image of a release
+	docker buildx inspect ppaas-release >/dev/null 2>&1 || docker buildx create --name ppaas-release --driver docker-container \
+		--driver-opt image=$(BUILDKIT) --bootstrap
+
+base-image: $(INSTALLED) ## Note the digest that the base image has now in dist/base-image.txt
+	$(RELEASE) base
+
+image: $(INSTALLED) ## Build the image of the commit in dist, from the base of dist/base-image.txt (BUILDX="--builder NAME")
+	$(RELEASE) image --buildx="$(BUILDX)"
+
+reproduce-image: $(INSTALLED) ## Build it twice without caches, and compare all layers
+	$(RELEASE) reproduce-image --buildx="$(BUILDX)"
+
+image-digest: $(INSTALLED) ## Print the digest of the image in dist
+	@$(RELEASE) digest
+
+sbom-image: $(INSTALLED) $(SYFT) ## Write dist/ppaas-engine.cdx.json, the bill of materials of the image in dist
+	$(SYFT) scan --quiet oci-archive:$(wildcard dist/ppaas-engine-*.oci.tar) --output cyclonedx-json=dist/ppaas-engine.cdx.json
+	$(RELEASE) bill dist/ppaas-engine.cdx.json
+
+registry-login: ## Log in to the registry REGISTRY by REGISTRY_USER and REGISTRY_PASSWORD
+	@printenv REGISTRY_PASSWORD | docker login "$(firstword $(subst /, ,$(REGISTRY)))" --username "$(REGISTRY_USER)" --password-stdin
+
+publish: $(INSTALLED) $(HELM) ## Publish PART of dist: wheels, image, chart or page (PUBLISH_ARGS=--dry-run prints the command)
+	$(RELEASE) publish $(PART) --registry="$(REGISTRY)" $(PUBLISH_ARGS)
+
+workflow: $(ACTIONLINT) ## Check the workflow of releases
+	$(ACTIONLINT) -color
 
 clean: ## Remove what was made, .venv included
 	rm -rf $(VENV) $(NODE_MODULES) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
@@ -222,6 +268,21 @@ $(HELM): tests/support/deploy/helm.lock | $(LOCKED)
 	@echo "setup: $(@D), by the versions of $<"
 	@$(BIN)/python -m tests.support.deploy.helm_tools && touch $@ || \
 		echo "setup: no $@; connect to the index of Python, or the tests of the chart are skipped" >&2
+
+# Definitions of the resources of Prometheus' operator, from a module of Go.
+$(CRDS): tests/support/deploy/crds.lock | $(LOCKED)
+	@echo "setup: $(@D), by the sums of $<"
+	@command -v go >/dev/null && $(BIN)/python -m tests.support.deploy.custom_resources && touch $@ || \
+		echo "setup: no $(@D); install go, or the tests of resources of Prometheus' operator are skipped" >&2
+
+# Programs in Go, by their modules; go checks them against its database of checksums.
+$(SYFT):
+	@echo "setup: $@, minutes the first time (wants go)"
+	$(GO_TOOL) github.com/anchore/syft/cmd/syft@v1.57.1
+
+$(ACTIONLINT):
+	@echo "setup: $@ (wants go)"
+	$(GO_TOOL) github.com/rhysd/actionlint/cmd/actionlint@v1.7.12
 
 # roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
 $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)

@@ -1,8 +1,11 @@
 # The cloud, its containers and its simulated robots: one image, from this checkout, with all kernels compiled.
 #   docker build -f docker/engine.Dockerfile -t ppaas-engine .
 # Kernels are compiled for x86-64-v3 (processors since 2013); on one below, each container would compile them.
+# A release gives the base by its digest, and the time of its commit (docs/releasing.md).
 
-FROM python:3.11-slim AS dependencies
+ARG PYTHON=python:3.11-slim
+FROM ${PYTHON} AS dependencies
+ARG SOURCE_DATE_EPOCH
 # The certificates of the base image are those that this network trusts.
 ENV UV_NATIVE_TLS=1
 WORKDIR /src
@@ -29,9 +32,13 @@ RUN NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.
 
 FROM dependencies AS installed
 COPY . .
-RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python --no-deps .
+# By pip: uv notes the time of the installation in what it installs.
+RUN /opt/uv/bin/uv build --quiet --no-cache --wheel --build-constraints deploy/requirements.lock --require-hashes \
+ && /opt/uv/bin/pip --python /opt/ppaas/bin/python install --quiet --no-index --no-deps --no-compile dist/*.whl
 
-FROM python:3.11-slim
+FROM ${PYTHON}
+# With it Python notes the hash of a source in what it compiles from it, and not its time, which a release changes.
+ARG SOURCE_DATE_EPOCH
 RUN useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas \
  && chmod 700 /var/lib/ppaas && mkdir /tickets && chown ppaas /tickets
 COPY --from=installed /opt/ppaas /opt/ppaas

@@ -14,6 +14,7 @@ import yaml
 
 from ppaas import __version__
 from robots.cli.main import main
+from tests.support.deploy.custom_resources import are_there, custom_faults
 from tests.support.deploy.helm_tools import faults, helm_program
 from tests.support.documents import blocks
 from tests.support.sources import ROOT
@@ -101,6 +102,18 @@ def test_lint_has_nothing_to_say(case: str) -> None:
 def test_the_objects_fit_the_schemas_of_kubernetes(case: str, version: str) -> None:
     ours = [found for found in rendered(case) if not found["apiVersion"].startswith("monitoring.coreos.com/")]
     assert {found["kind"]: fault for found in ours for fault in faults(found, version)} == {}
+
+
+@pytest.mark.skipif(not are_there(), reason="no definitions: make helm")
+def test_monitors_and_rules_fit_the_definitions_of_the_operator() -> None:
+    found = [one for case in CASES for one in rendered(case) if one["apiVersion"].startswith("monitoring")]
+    assert {one["kind"] for one in found} == {"ServiceMonitor", "PrometheusRule"}
+    assert [fault for one in found for fault in custom_faults(one)] == []
+    monitor = next(one for one in found if one["kind"] == "ServiceMonitor")
+    [fault] = custom_faults({**monitor, "spec": {**monitor["spec"], "endpoint": []}})
+    assert "endpoint" in fault
+    [fault] = custom_faults({**monitor, "spec": {**monitor["spec"], "endpoints": [{"interval": "15"}]}})
+    assert fault.startswith("$.spec.endpoints[0].interval")
 
 
 def test_an_object_that_fits_no_schema_is_found() -> None:

@@ -1,0 +1,1 @@
+"""What a release consists of: how it is checked, built, compared and published (docs/releasing.md)."""
