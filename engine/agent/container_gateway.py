@@ -6,6 +6,7 @@ and robot of that container; a request cannot name others.
 
 import asyncio
 import logging
+from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
+from engine.specs.work_counts import add_counts
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
 
@@ -96,6 +98,11 @@ class ContainerGateway:
         Kernels of the machine; all are compiled by default.
     attach_timeout : float
         Time within which a connecting container must identify itself [s].
+
+    Attributes
+    ----------
+    work : Counter of str
+        What all containers have done since this gateway was made (``engine.specs.work_counts``).
     """
 
     def __init__(
@@ -127,6 +134,7 @@ class ContainerGateway:
         self._arrived = asyncio.Event()
         self._background = Background()
         self._unnoted = OccasionalLog(logger)
+        self.work: Counter[str] = Counter()
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
@@ -369,6 +377,7 @@ class ContainerGateway:
     async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer, spec: ContainerSpec) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
+            add_counts(self.work, frame.counts)
             async with attached.turn:
                 await asyncio.to_thread(self._plans.note, spec, frame.rows, frame.link)
         except PPaaSError as error:
