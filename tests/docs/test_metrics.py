@@ -42,6 +42,7 @@ def test_numbers_are_those_of_the_code() -> None:
     assert f"does not answer within {collector.PATIENCE:g} s" in page
     assert f"disconnected within {GONE / 60:g} minutes" in page
     assert f"have not reported for {SILENT:g} s" in page
+    assert f"a charge below {100 * collector.LOW_BATTERY:g} %" in page
     assert f"at most {families.MOST_SERIES} series" in page and families.OTHER in page
     assert f"histograms are of {families.MOST_HISTOGRAMS} endpoints" in page
     assert f"cut after {families.LONGEST_LABEL} characters" in page

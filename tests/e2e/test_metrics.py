@@ -33,6 +33,9 @@ Samples = dict[tuple[str, frozenset[tuple[str, str]]], float]
 SERIES = re.compile(r"\b(?:ppaas|process)_\w+")
 """Names of series in queries."""
 
+WITH_TLS = {"ppaas_certificate_end_seconds"}
+"""Series of a cloud that has a certificate."""
+
 
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
@@ -123,14 +126,15 @@ def test_the_document_lists_what_a_scrape_has(cloud: RunningCloud) -> None:
     assert {name: labels for name, labels in found.items() if name.startswith("ppaas_")} == {
         name: described[name] for name in described if name in found
     }
-    # Series that come with the first container or robot.
-    assert set(described) - set(found) <= {"ppaas_containers", "ppaas_robot_connected"}
+    # Series that come with the first container or robot, or with TLS.
+    optional = {"ppaas_containers", "ppaas_robot_connected", "ppaas_robot_battery_ratio", *WITH_TLS}
+    assert set(described) - set(found) <= optional
 
 
 def test_alerts_ask_for_series_that_a_scrape_has(cloud: RunningCloud) -> None:
     rules = yaml.safe_load((ROOT / "deploy" / "prometheus" / "ppaas.rules.yaml").read_text())
     queries = [rule["expr"] for group in rules["groups"] for rule in group["rules"]]
-    assert set(SERIES.findall("\n".join(queries))) - names(scrape(cloud)) == set()
+    assert set(SERIES.findall("\n".join(queries))) - names(scrape(cloud)) == WITH_TLS
 
 
 def test_the_dashboard_asks_for_series_that_a_scrape_has(cloud: RunningCloud) -> None:
