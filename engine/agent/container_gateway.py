@@ -73,7 +73,7 @@ class _AttachedContainer:
 
 
 class ContainerGateway:
-    """Server of the machine links of this machine's containers.
+    """Server of the machine links of this machine's containers; ``work`` is what all of them have done so far.
 
     Parameters
     ----------
@@ -98,11 +98,6 @@ class ContainerGateway:
         Kernels of the machine; all are compiled by default.
     attach_timeout : float
         Time within which a connecting container must identify itself [s].
-
-    Attributes
-    ----------
-    work : Counter of str
-        What all containers have done since this gateway was made (``engine.specs.work_counts``).
     """
 
     def __init__(
@@ -323,7 +318,7 @@ class ContainerGateway:
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:
             case machine_link.NoteHistory():
-                self._note_history(frame, attached)
+                self._background.run(self._noted(frame, attached, attached.spec))
             case machine_link.FabricPublish():
                 self._share(frame, attached)
             case machine_link.MapInUse():
@@ -371,9 +366,6 @@ class ContainerGateway:
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
-    def _note_history(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
-        self._background.run(self._noted(frame, attached, attached.spec))
-
     async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer, spec: ContainerSpec) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
@@ -381,9 +373,7 @@ class ContainerGateway:
             async with attached.turn:
                 await asyncio.to_thread(self._plans.note, spec, frame.rows, frame.link)
         except PPaaSError as error:
-            self._unnoted.warning(
-                "container %s: its planning times were not added to the history: %s", attached.spec.id, error
-            )
+            self._unnoted.warning("container %s: its planning times are lost: %s", attached.spec.id, error)
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
