@@ -63,7 +63,19 @@ class ServiceBench:
 
     HELP = "waiting times of a user, from the start of a cloud to driving robots"
 
-    PARTS = ("startup", "first", "plans", "load", "maps", "containers", "fleet", "dashboard", "push", "teleop")
+    PARTS = (
+        "startup",
+        "first",
+        "plans",
+        "load",
+        "maps",
+        "containers",
+        "fleet",
+        "dashboard",
+        "push",
+        "teleop",
+        "metrics",
+    )
 
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:

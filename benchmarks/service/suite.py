@@ -8,7 +8,17 @@ from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import CloudUnderTest, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure, PartSelection
-from benchmarks.service import dashboard, first_use, fleet, map_transfer, plan_load, plan_requests, startup, teleop
+from benchmarks.service import (
+    dashboard,
+    first_use,
+    fleet,
+    map_transfer,
+    metrics,
+    plan_load,
+    plan_requests,
+    startup,
+    teleop,
+)
 
 Measure = Callable[[CloudUnderTest, Progress, bool], Awaitable[list[Figure]]]
 
@@ -24,8 +34,8 @@ PARTS: dict[str, Measure] = {
 }
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 
-STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure}
-"""Parts that measure how clouds start."""
+STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure, metrics.PART: metrics.measure}
+"""Parts that start clouds of their own: how clouds start, and what their metrics cost."""
 
 
 @dataclass(frozen=True, slots=True)

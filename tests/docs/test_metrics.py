@@ -6,6 +6,7 @@ import sys
 
 import yaml
 
+from benchmarks.alerts.faults import BESIDE, LAST
 from endpoints.metrics import collector, families
 from endpoints.metrics.snapshot import GONE
 from engine.control.master_calls.cloud import SILENT
@@ -15,11 +16,23 @@ from tests.support.sources import ROOT
 PAGE = "docs/metrics.md"
 
 
-def test_the_command_has_options_that_exist() -> None:
+def test_the_commands_have_options_that_exist() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
-    command = [sys.executable, "-m", "robots.cli", "up", "--help"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    shown = ""
+    for words in (["up"], ["bench", "alerts"], ["bench", "service"]):
+        command = [sys.executable, "-m", "robots.cli", *words, "--help"]
+        shown += subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert named and named <= set(re.findall(r"--\w[\w-]*", shown))
+
+
+def test_the_log_of_alerts_has_what_the_bench_breaks() -> None:
+    [shown] = blocks(PAGE, "text")
+    logged = [re.split(r" {2,}", line) for line in shown.splitlines()[1:]]
+    assert [(alert, broken, mended) for alert, broken, _, mended, _ in logged] == [
+        (fault.alert, fault.broken, fault.mended) for fault in BESIDE + LAST
+    ]
+    rules = yaml.safe_load((ROOT / "deploy" / "prometheus" / "ppaas.rules.yaml").read_text())
+    assert {alert for alert, *_ in logged} <= {rule["alert"] for group in rules["groups"] for rule in group["rules"]}
 
 
 def test_the_alerts_are_those_of_the_rules() -> None:
