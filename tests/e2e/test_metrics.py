@@ -63,7 +63,7 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
     rest, start = await cloud.admin(), free_pose(office_map, seed=1)
     await publish_map(rest, "office", office_map)
     token = await register_robot(rest, "tb1", "office", start)
-    async with driving(cloud.url, token, "tb1", office_map, start):
+    async with driving(cloud.url, token, "tb1", office_map, start) as drive:
         there = scrape(cloud)
         assert value(there, "ppaas_robots", state="connected") == 1
         assert value(there, "ppaas_robot_connected", user="admin", robot="tb1") == 1
@@ -81,6 +81,17 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
             while not value(scrape(cloud), "ppaas_goals_total", result="succeeded"):
                 await asyncio.sleep(0.1)
         assert (await rest.get(f"/v1/robots/tb1/goals/{sent['id']}"))["state"] == "succeeded"
+        planned = value(scrape(cloud), "ppaas_plans_total", result="computed")
+        await drive.send(start, goal_id="of-a-client")
+        async with patience(90):
+            while value(now := scrape(cloud), "ppaas_goals_total", result="succeeded") < 2:
+                await asyncio.sleep(0.1)
+        computed = value(now, "ppaas_plans_total", result="computed")
+        assert (
+            computed == value(now, "ppaas_plan_seconds_count")
+            and computed + value(now, "ppaas_plans_total", result="reused") > planned
+        )
+        assert value(now, "ppaas_longest_wait_seconds") == value(now, "ppaas_robots_stopped") == 0
     async with patience(30):
         while not value(scrape(cloud), "ppaas_robots", state="gone"):
             await asyncio.sleep(0.1)
