@@ -65,7 +65,7 @@ class ServiceBench:
 
     PARTS = (
         "startup", "first", "plans", "load", "maps", "containers", "fleet", "dashboard", "push", "teleop",
-        "teleop-browser",
+        "teleop-browser", "metrics",
     )  # fmt: skip
 
     @staticmethod

@@ -13,6 +13,7 @@ from benchmarks.service import (
     first_use,
     fleet,
     map_transfer,
+    metrics,
     plan_load,
     plan_requests,
     startup,
@@ -35,8 +36,8 @@ PARTS: dict[str, Measure] = {
 }
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 
-STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure}
-"""Parts that measure how clouds start."""
+STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure, metrics.PART: metrics.measure}
+"""Parts that start clouds of their own: how clouds start, and what their metrics cost."""
 
 
 @dataclass(frozen=True, slots=True)

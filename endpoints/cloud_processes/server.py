@@ -286,7 +286,7 @@ async def _start(
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
-    return keeper, CloudSnapshots(services, engine.cloud, tasks)
+    return keeper, CloudSnapshots(services, engine.cloud, tasks, webhooks, arguments.tls_cert)
 
 
 async def _services(

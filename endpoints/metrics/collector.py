@@ -11,16 +11,20 @@ from prometheus_client.core import CounterMetricFamily, Metric
 from prometheus_client.registry import Collector
 
 from endpoints.metrics.families import by_state, counters, gauge, gauges, histogram
+from endpoints.metrics.robot_watch import RobotSeen
 from endpoints.metrics.snapshot import Snapshot, SnapshotSource
-from engine.control.counts import REQUEST_SECONDS
+from endpoints.webhooks.service import WebhookNumbers
+from engine.control.counts import REQUEST_SECONDS, ControlCounts
 from engine.control.master_calls.interface import RequestCounts
-from engine.control.views import ContainerView, EndpointViewState, GoalState, MachineState, MachineView
+from engine.control.views import EndpointViewState, GoalState, MachineState, MachineView
 from engine.leadership.leadership import Leadership
 from engine.processes.occasional_log import OccasionalLog
+from engine.specs.work_counts import PLAN_SECONDS
 from ppaas import __version__
 from ppaas.errors import PPaaSError
 from ppaas.tasks.records import OPEN
 from storage.disk_space import SpaceState
+from storage.webhooks.records import DeliveryState, WebhookState
 
 logger = logging.getLogger(__name__)
 
@@ -29,6 +33,9 @@ PATIENCE = 5.0
 
 ENDED: tuple[GoalState, ...] = ("succeeded", "canceled", "aborted", "rejected", "lost")
 """Results of goals."""
+
+LOW_BATTERY = 0.2
+"""Charge below which a battery is low."""
 
 STATUSES = "1xx", "2xx", "3xx", "4xx", "5xx"
 
@@ -71,7 +78,7 @@ class CloudCollector(Collector):
         if found is not None:
             yield from _metrics(found)
             if self._robots:
-                yield _robots_by_name(found.containers)
+                yield from _robots_by_name(found.robots)
 
     def _read(self) -> Snapshot | None:
         if self.source is None:
@@ -91,8 +98,10 @@ def _metrics(found: Snapshot) -> Iterator[Metric]:
     yield from _stores(found)
     yield from _machines(found.machines)
     yield from _robots(found)
+    yield from _containers(found)
     yield from _endpoints(found)
-    yield from _counts(found)
+    yield from _webhooks(found.webhooks)
+    yield from _counts(found.counts)
 
 
 def _stores(found: Snapshot) -> Iterator[Metric]:
@@ -105,6 +114,8 @@ def _stores(found: Snapshot) -> Iterator[Metric]:
         yield gauge("ppaas_disk_size_bytes", "Size of the disk of the data folder", found.disk.total)
         state = {found.disk.state: 1.0}
         yield by_state("ppaas_disk_state", "1 for the state of that disk", get_args(SpaceState), state)
+    if found.certificate_ends is not None:
+        yield gauge("ppaas_certificate_end_seconds", "End of the certificate of the cloud", found.certificate_ends)
 
 
 def _machines(machines: list[MachineView]) -> Iterator[Metric]:
@@ -126,19 +137,33 @@ def _machines(machines: list[MachineView]) -> Iterator[Metric]:
 
 
 def _robots(found: Snapshot) -> Iterator[Metric]:
-    kinds = (([one.kind, one.state], 1.0) for one in found.containers)
-    yield gauges("ppaas_containers", "Containers", ["kind", "state"], kinds)
-    here = Counter("connected" if one.connected else "away" for one in found.containers if one.kind == "robot")
+    robots = found.robots
+    here = Counter("connected" if one.connected else "away" for one in robots)
     states = {**here, "queued": found.queued, "gone": found.gone}
     yield by_state("ppaas_robots", "Robots", ("connected", "away", "queued", "gone"), states)
+    connected = [one for one in robots if one.connected]
+    yield gauge("ppaas_robots_stopped", "Connected robots that a stop holds", sum(one.stopped for one in connected))
+    yield gauge("ppaas_robots_waiting", "Connected robots that stand with a goal", sum(one.waits for one in connected))
+    yield gauge("ppaas_longest_wait_seconds", "Time for which one of them has been found waiting", found.longest_wait)
+    low = sum(one.report.battery is not None and one.report.battery < LOW_BATTERY for one in connected)
+    yield gauge("ppaas_robots_battery_low", f"Connected robots with a charge below {LOW_BATTERY:g}", low)
+
+
+def _robots_by_name(robots: list[RobotSeen]) -> Iterator[Metric]:
+    labels = ["user", "robot"]
+    connected = (([one.user, one.robot], float(one.connected)) for one in robots)
+    yield gauges("ppaas_robot_connected", "1 if the robot is connected", labels, connected)
+    known = [(one, one.report.battery) for one in robots]
+    charges = (([one.user, one.robot], charge) for one, charge in known if charge is not None)
+    yield gauges("ppaas_robot_battery_ratio", "Charge of the battery, from 0 to 1", labels, charges)
+
+
+def _containers(found: Snapshot) -> Iterator[Metric]:
+    kinds = (([one.kind, one.state], 1.0) for one in found.containers)
+    yield gauges("ppaas_containers", "Containers", ["kind", "state"], kinds)
     groups = Counter(group.state for group in found.people)
     yield by_state("ppaas_people_groups", "Groups of robots", ("refused", "starting", "ready"), groups)
     yield by_state("ppaas_tasks", "Tasks that have not ended", sorted(OPEN), found.tasks)
-
-
-def _robots_by_name(containers: list[ContainerView]) -> Metric:
-    robots = (([one.user, one.robot], float(one.connected)) for one in containers if one.robot is not None)
-    return gauges("ppaas_robot_connected", "1 if the robot is connected", ["user", "robot"], robots)
 
 
 def _endpoints(found: Snapshot) -> Iterator[Metric]:
@@ -168,10 +193,23 @@ def _requests(requests: dict[str, RequestCounts]) -> Iterator[Metric]:
     yield histogram("ppaas_request_seconds", "Time until the answer to a request began", ["endpoint"], times)
 
 
-def _counts(found: Snapshot) -> Iterator[Metric]:
-    counts = found.counts
+def _webhooks(found: WebhookNumbers) -> Iterator[Metric]:
+    yield by_state("ppaas_webhooks", "Webhooks", get_args(WebhookState), found.states)
+    text = "Deliveries of webhooks in the store"
+    yield by_state("ppaas_webhook_deliveries", text, get_args(DeliveryState), found.deliveries)
+    attempts = (([result], number) for result, number in found.attempts.items())
+    yield counters("ppaas_webhook_attempts", "Attempts to deliver by what became of them", ["result"], attempts)
+    text = "Events that no webhook got, as the store was away"
+    yield CounterMetricFamily("ppaas_webhook_events_lost", text, value=found.lost)
+
+
+def _counts(counts: ControlCounts) -> Iterator[Metric]:
     goals = (([result], counts.goals[result]) for result in ENDED)
-    yield counters("ppaas_goals", "Goals of REST and of tasks that have ended", ["result"], goals)
+    yield counters("ppaas_goals", "Goals that have ended", ["result"], goals)
+    text, (classes, total) = "Time in which a plan was computed", counts.plans()
+    yield histogram("ppaas_plan_seconds", text, [], [([], (PLAN_SECONDS, classes, total))])
+    origins = (([origin], number) for origin, number in counts.plan_origins().items())
+    yield counters("ppaas_plans", "Requests for plans by how they ended", ["result"], origins)
     text, placed = "Time from the order to start a container until it answered", counts.placements
     yield histogram("ppaas_placement_seconds", text, [], [([], (placed.limits, placed.counts, placed.total))])
     text = "Containers that were replaced"

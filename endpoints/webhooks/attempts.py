@@ -46,10 +46,13 @@ Post = Callable[[str, Mapping[str, str], bytes], Awaitable[TargetAnswer]]
 """Posts headers and a body to a URL; raises ``Unavailable`` or ``NotPermitted`` if there is no answer."""
 
 
+OutcomeKind = Literal["done", "later", "dead", "gone"]
+
+
 class Outcome(NamedTuple):
     """What became of an attempt, and when the next one is due [s since the epoch]."""
 
-    kind: Literal["done", "later", "dead", "gone"]
+    kind: OutcomeKind
     due: float = 0.0
 
 

@@ -2,15 +2,15 @@
 
 import asyncio
 import logging
-from collections import deque
-from collections.abc import Callable, Collection
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
 from endpoints.audit.event import AuditEvent, AuditLog
-from endpoints.webhooks.attempts import Attempts, Outcome
+from endpoints.webhooks.attempts import Attempts, Outcome, OutcomeKind
 from endpoints.webhooks.messages import new_delivery, wants
 from endpoints.webhooks.sender import WebhookSender
 from endpoints.webhooks.targets import TargetRules
@@ -21,7 +21,7 @@ from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, NotFound, Unavailable
 from storage.migration.copying import one_by_one
 from storage.ports import Store
-from storage.webhooks.records import Webhook, WebhookDelivery
+from storage.webhooks.records import DeliveryState, Webhook, WebhookDelivery, WebhookState
 
 logger = logging.getLogger(__name__)
 
@@ -48,6 +48,21 @@ READ_AT_ONCE = 128
 
 GONE_REASON = "the target answered 410, that it wants no more deliveries"
 """Why a webhook is disabled."""
+
+
+RESULTS: Mapping[OutcomeKind, str] = {
+    "done": "delivered", "later": "failed", "dead": "given up", "gone": "given up",
+}  # fmt: skip
+"""What became of an attempt, in words."""
+
+
+class WebhookNumbers(NamedTuple):
+    """Numbers of webhooks and of deliveries by state, of attempts by result, and of events that were lost."""
+
+    states: Counter[WebhookState]
+    deliveries: dict[DeliveryState, int]
+    attempts: dict[str, int]
+    lost: int
 
 
 class _Stored(NamedTuple):
@@ -100,6 +115,7 @@ class Webhooks:
         self._read_at = float("-inf")
         self._wake = asyncio.Event()
         self._turns = asyncio.Semaphore(MOST_AT_ONCE)
+        self._results, self._lost = Counter[str](), 0
         self._losses, self._waits = OccasionalLog(logger), OccasionalLog(logger)
 
     # -- calls and events ----------------------------------------------------------------------------------------------
@@ -116,10 +132,19 @@ class Webhooks:
     def hear(self, event: FleetEvent) -> None:
         """Take an event."""
         if len(self._heard) >= MOST_HEARD:
+            self._lost += 1
             self._losses.warning("events for webhooks are lost: the store takes none, and %d wait", MOST_HEARD)
             return
         self._heard.append(event)
         self._wake.set()
+
+    def numbers(self) -> WebhookNumbers:
+        """Return what is known of all webhooks now, and what became of attempts since this process started."""
+        senders = self._senders.values()
+        waiting, dead = sum(one.waiting for one in senders), sum(len(one.dead) for one in senders)
+        attempts = {result: self._results[result] for result in RESULTS.values()}
+        states = Counter(one.hook.state for one in senders)
+        return WebhookNumbers(states, {"waiting": waiting, "dead": dead}, attempts, self._lost)
 
     async def run(self) -> None:
         """Send until cancelled."""
@@ -232,7 +257,9 @@ class Webhooks:
         async with self._turns:
             if self._attempts is None:
                 self._attempts = await asyncio.to_thread(_attempts_over_network, self._store, self._rules)
-            return await self._attempts.make(hook, name)
+            outcome = await self._attempts.make(hook, name)
+            self._results[RESULTS[outcome.kind]] += 1
+            return outcome
 
     async def _ended(self, sender: WebhookSender, name: str, outcome: Outcome) -> None:
         if outcome.kind != "done":

@@ -112,7 +112,7 @@ async def open_components(
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
     await cancel_all((starting,))
-    host = HostLoad(hosting.loads, NetworkLoad(), neighbours)
+    host = HostLoad(hosting.loads, NetworkLoad(), neighbours, gateway.work)
     return AgentComponents(config, cpus, hosting, gateway, session, host, router, masters, relay)
 
 

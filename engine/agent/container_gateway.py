@@ -6,6 +6,7 @@ and robot of that container; a request cannot name others.
 
 import asyncio
 import logging
+from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
 from engine.tracing.recording import pass_on
+from engine.specs.work_counts import add_counts
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.tracing.spans import within
 from storage.ports import Store
@@ -73,7 +75,7 @@ class _AttachedContainer:
 
 
 class ContainerGateway:
-    """Server of the machine links of this machine's containers.
+    """Server of the machine links of this machine's containers; ``work`` is what all of them have done so far.
 
     Parameters
     ----------
@@ -129,6 +131,7 @@ class ContainerGateway:
         self._arrived = asyncio.Event()
         self._background = Background()
         self._unnoted = OccasionalLog(logger)
+        self.work: Counter[str] = Counter()
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
@@ -313,7 +316,7 @@ class ContainerGateway:
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:
             case machine_link.NoteHistory():
-                self._note_history(frame, attached)
+                self._background.run(self._noted(frame, attached, attached.spec))
             case machine_link.FabricPublish():
                 self._share(frame, attached)
             case machine_link.MapInUse():
@@ -363,18 +366,14 @@ class ContainerGateway:
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
-    def _note_history(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
-        self._background.run(self._noted(frame, attached, attached.spec))
-
     async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer, spec: ContainerSpec) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
+            add_counts(self.work, frame.counts)
             async with attached.turn:
                 await asyncio.to_thread(self._plans.note, spec, frame.rows, frame.link)
         except PPaaSError as error:
-            self._unnoted.warning(
-                "container %s: its planning times were not added to the history: %s", attached.spec.id, error
-            )
+            self._unnoted.warning("container %s: its planning times are lost: %s", attached.spec.id, error)
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 

@@ -204,14 +204,21 @@ class HostLoad:
         Network load of the host.
     neighbours : RoundTripProbe
         Round-trip times to other machines.
+    work : dict of str to int
+        What its containers have done so far.
     """
 
     def __init__(
-        self, loads: Callable[[], list[control_link.ContainerLoad]], network: NetworkLoad, neighbours: RoundTripProbe
+        self,
+        loads: Callable[[], list[control_link.ContainerLoad]],
+        network: NetworkLoad,
+        neighbours: RoundTripProbe,
+        work: Mapping[str, int],
     ) -> None:
         self._loads = loads
         self._network = network
         self._neighbours = neighbours
+        self._work = work
         self._cpu_seconds: dict[str, float] = {}
         self._measured = 0.0
         psutil.cpu_percent()
@@ -230,6 +237,7 @@ class HostLoad:
             containers=self._as_rates(loads),
             network_used=self._network.rate(),
             round_trips=self._neighbours.round_trips,
+            work=dict(self._work),
         )
 
     def _as_rates(self, loads: list[control_link.ContainerLoad]) -> list[control_link.ContainerLoad]:

@@ -111,7 +111,7 @@ class Container:
         monitoring = self._monitoring = None if attendants is None else attendants.monitoring
         self._stop = None if attendants is None else attendants.stop
         self._sessions = sessions
-        self._reporter = None if sessions is None else RobotReporter(home.graph, sessions)
+        self._reporter = None if sessions is None else RobotReporter(home.graph, sessions, notes.goal_ended)
         self._launch = launch
         self._home = home
         self._graph = home.graph

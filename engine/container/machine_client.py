@@ -180,9 +180,11 @@ class MachineClient:
             raise Unavailable(f"the machine answered the request for planning history with {type(answer).__name__}")
         return answer
 
-    def note_history(self, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
-        """Add to the history of planning; there is no answer, and the note may be lost."""
-        self._stream.write(machine_link.NoteHistory(rows, link))
+    def note_history(
+        self, rows: list[PlannerHistory], link: LinkHistory | None, counts: dict[str, int] | None = None
+    ) -> None:
+        """Add to the history of planning and to the counts; there is no answer, and the note may be lost."""
+        self._stream.write(machine_link.NoteHistory(rows, link, counts or {}))
 
     async def prepare_index(self, planner: str) -> None:
         """Make the machine prepare a planner's index of the map, beside its layers; wait until it is done.

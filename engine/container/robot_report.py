@@ -1,12 +1,14 @@
 """Collects what a container reports of its robot: pose, goal, battery and software."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
 
 from engine.sessions.host import SessionHost
 from engine.specs.robot_report import StateReport
+from engine.specs.work_counts import FOLLOWED
 from ppaas.errors import PPaaSError
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import String
@@ -52,10 +54,12 @@ class RobotReporter:
         Graph of the clone.
     sessions : SessionHost
         Sessions of the robot's clients.
+    goal_ended : callable
+        Called with the status of each goal that has ended and that the master does not follow.
     """
 
-    def __init__(self, graph: Graph, sessions: SessionHost) -> None:
-        self._graph, self._sessions = graph, sessions
+    def __init__(self, graph: Graph, sessions: SessionHost, goal_ended: Callable[[Status], None]) -> None:
+        self._graph, self._sessions, self._goal_ended = graph, sessions, goal_ended
         self._report = StateReport()
         self._battery: tuple[float, float | None] = -math.inf, None
         self._explored: tuple[float, int] = -math.inf, 0
@@ -93,6 +97,7 @@ class RobotReporter:
                 self._goal_changed(payload.status_list[-1])
             case MoveBaseActionResult():
                 self._goal_changed(payload.status)
+                self._count(payload.status)
             case PlanResult():
                 self._change(left=payload.length)
             case ExploreActionFeedback():
@@ -104,6 +109,10 @@ class RobotReporter:
         self._change(goal=int(status.status), goal_text=status.text[:MOST_TEXT])
         if status.status in _TERMINAL:
             self._change(left=None)
+
+    def _count(self, status: GoalStatus) -> None:
+        if status.status in _TERMINAL and not status.goal_id.id.startswith(FOLLOWED):
+            self._goal_ended(Status(status.status))
 
     def _change(self, **known: Any) -> None:
         self._report = msgspec.structs.replace(self._report, **known)

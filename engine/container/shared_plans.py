@@ -3,13 +3,15 @@
 import asyncio
 import logging
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 
 from engine.container.machine_client import MachineClient
 from engine.protocols.machine_link import stored_plan
+from engine.specs.work_counts import ENDED, plan_counts
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.plans.history import PlannerHistory
 from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import PlanQuery, StoredPlan
@@ -81,7 +83,7 @@ class SharedPlans:
 
 
 class PlanningNotes:
-    """Collects the outcomes of planning requests from any thread, and reports them to the machine.
+    """Collects the outcomes of planning requests from any thread, and ends of goals, and reports them to the machine.
 
     Parameters
     ----------
@@ -92,12 +94,17 @@ class PlanningNotes:
     def __init__(self, times: Times) -> None:
         self._times = times
         self._rows: deque[PlannerHistory] = deque()
+        self._counts: Counter[str] = Counter()
         self._link = ""
         self._reported = 0
 
     def __call__(self, row: PlannerHistory) -> None:
         """Record the outcome of a request; cheap, since a client waits: rows are summed up in ``tell``."""
         self._rows.append(row)
+
+    def goal_ended(self, status: Status) -> None:
+        """Count a goal of a client of the robot that has ended with this status."""
+        self._counts[ENDED[status]] += 1
 
     async def begin(self, machine: MachineClient) -> None:
         """Initialise the measured times from the machine's history; without it, start with no measurements."""
@@ -113,14 +120,16 @@ class PlanningNotes:
         self._reported = self._times.link.answers
 
     def tell(self, machine: MachineClient) -> None:
-        """Report the outcomes recorded since the last call to the machine."""
+        """Report to the machine what was recorded since the last call."""
         rows: dict[tuple[str, str, str, int], PlannerHistory] = {}
         while self._rows:
             row = self._rows.popleft()
+            self._counts += plan_counts(row)
             known = rows.get(row.key)
             rows[row.key] = row if known is None else known.plus(row)
         link = self._times.link
         news = self._link and link.answers > self._reported
         self._reported = link.answers
-        if rows or news:
-            machine.note_history(list(rows.values()), link.history(self._link, epoch()) if news else None)
+        if rows or news or self._counts:
+            counts, self._counts = self._counts, Counter()
+            machine.note_history(list(rows.values()), link.history(self._link, epoch()) if news else None, counts)

@@ -2,9 +2,10 @@
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from engine.control.views import GoalState
+from engine.control.views import STATES, GoalState
+from engine.specs.work_counts import CLASSES, ENDED, FAILED, PLAN_MICROS, REUSED, STITCHED
 
 PLACEMENT_SECONDS = 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0
 """Upper limits of the classes of placement times [s]: a warm start takes a tenth of a second, a cold one minutes."""
@@ -50,10 +51,39 @@ class ControlCounts:
     containers_lost, machines_lost : int
         Numbers of containers that were replaced, and of machines that left, without being ended by the master.
     goals : Counter of GoalState
-        Goals of REST and of tasks that have ended, by result.
+        Goals that have ended, by result.
     """
 
     def __init__(self) -> None:
         self.placements = BucketCounts(PLACEMENT_SECONDS)
         self.containers_lost = self.machines_lost = 0
         self.goals: Counter[GoalState] = Counter()
+        self._work: Counter[str] = Counter()
+        self._reported: dict[str, Counter[str]] = {}
+
+    def machine_worked(self, machine: str, work: Mapping[str, int]) -> None:
+        """Add what the containers of a machine have done since its last report; the first one is where it begins."""
+        now = Counter(work)
+        more = now - self._reported.get(machine, now)
+        self._reported[machine] = now
+        self._work += more
+        for status, name in ENDED.items():
+            self.goals[STATES[status]] += more[name]
+
+    def machine_left(self, machine: str) -> None:
+        """Forget what a machine has reported: its next agent begins at zero."""
+        self._reported.pop(machine, None)
+
+    def plans(self) -> tuple[list[int], float]:
+        """Return the numbers of computed plans by class of planning time, and the sum of these times [s]."""
+        return [self._work[name] for name in CLASSES], self._work[PLAN_MICROS] / 1e6
+
+    def plan_origins(self) -> dict[str, int]:
+        """Return the numbers of requests for plans by how they ended."""
+        computed = sum(self._work[name] for name in CLASSES)
+        return {
+            "computed": computed,
+            "reused": self._work[REUSED],
+            "stitched": self._work[STITCHED],
+            "failed": self._work[FAILED],
+        }

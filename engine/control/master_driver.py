@@ -700,6 +700,7 @@ class MachineEvents:
                 self._note_kernels(machine, event)
             case control_link.Heartbeat():
                 self._execute(self._master.handle(MachineMeasured(machine, event)))
+                self._counts.machine_worked(machine, event.work)
             case control_link.Launched():
                 self._execute(self._master.handle(ContainerLaunched(machine, event.container, event.pid)))
             case control_link.LaunchFailed():
@@ -719,6 +720,7 @@ class MachineEvents:
         """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
         self._compiling.pop(machine, None)
+        self._counts.machine_left(machine)
         if machine in self._master.machines and not self._closing:
             self._counts.machines_lost += 1
             self._machine_lost(machine)

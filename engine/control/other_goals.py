@@ -7,15 +7,15 @@ when Move Base publishes their results, each of which is one message.
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from engine.control.robot_navigation import REST_GOALS, STATES
 from engine.control.tasks.robots import OpenPlaces
+from engine.control.views import STATES
 from engine.links.place_link import PlaceLink
+from engine.specs.work_counts import FOLLOWED
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.navigation.goal_watch import status_of
 from ppaas.nodes import topics
-from ppaas.tasks.records import GOALS
 
 Report = Callable[[str, Mapping[str, Any]], None]
 """Called with the name of a place and a goal that has ended: its id, state and text."""
@@ -38,7 +38,7 @@ class _Results:
         """Report the result of a goal, unless the master follows the goal itself."""
         status = decode(MoveBaseActionResult, payload).status
         goal_id = status.goal_id.id
-        if not goal_id.startswith((GOALS, REST_GOALS)):
+        if not goal_id.startswith(FOLLOWED):
             self._report(self.place.key, {"id": goal_id, "state": STATES[status_of(status)], "text": status.text})
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:

@@ -13,11 +13,12 @@ from collections.abc import Callable
 import msgspec
 
 from engine.control.master_driver import MasterDriver
-from engine.control.views import GoalState, GoalView, NavigationState, ReportedRobot
+from engine.control.views import STATES, GoalState, GoalView, NavigationState, ReportedRobot
 from engine.links.place_link import PlaceLink
 from engine.links.presence import Presence
 from engine.master.places import robot_key
 from engine.specs.robot_report import StateReport
+from engine.specs.work_counts import REST_GOALS
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
@@ -37,22 +38,6 @@ MAX_ACTIVE = 32
 
 MAX_ENDED = 100
 """Number of ended goals that are kept; the oldest is forgotten first."""
-
-REST_GOALS = "rest-"
-"""Beginning of the ids of goals of REST."""
-
-STATES: dict[Status, GoalState] = {
-    Status.PENDING: "pending",
-    Status.ACTIVE: "active",
-    Status.PREEMPTING: "active",
-    Status.RECALLING: "active",
-    Status.SUCCEEDED: "succeeded",
-    Status.PREEMPTED: "canceled",
-    Status.RECALLED: "canceled",
-    Status.ABORTED: "aborted",
-    Status.REJECTED: "rejected",
-    Status.LOST: "lost",
-}
 
 POSE_AGE = 5.0
 """Age of the last pose from which the robot counts as not localized, whatever its clone says [s]."""

@@ -10,6 +10,7 @@ from engine.master.machine import Machine
 from engine.protocols import control_link
 from engine.protocols.versions import agree
 from engine.specs.machine_settings import check_labels
+from engine.specs.work_counts import check_counts
 from ppaas.errors import InvalidParameter
 from storage.names import check_name
 
@@ -51,6 +52,7 @@ def check_heartbeat(machine: Machine, heartbeat: control_link.Heartbeat) -> None
     _check(machine.id, "cores in use", heartbeat.cpu, 0.0, MOST_CORES)
     _check(machine.id, "bytes in use", heartbeat.memory_used, 0, machine.memory)
     _check(machine.id, "bytes a second", heartbeat.network_used, 0.0, MOST_NETWORK)
+    check_counts(heartbeat.work)
     for round_trip in heartbeat.round_trips.values():
         _check(machine.id, "seconds of a round trip", round_trip, 0.0, math.inf)
     for load in heartbeat.containers:

@@ -74,7 +74,8 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
     """Load report of a machine and its containers.
 
     ``cpu`` is in cores, ``memory_used`` in bytes, ``network_used`` the traffic in both directions [bytes/s].
-    ``round_trips`` are the round-trip times to other machines, by name [s].
+    ``round_trips`` are the round-trip times to other machines, by name [s]. ``work`` is what its containers have done
+    since the agent started (``engine.specs.work_counts``).
     """
 
     cpu: float
@@ -82,6 +83,7 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
     containers: list[ContainerLoad]
     network_used: float = 0.0
     round_trips: dict[str, float] = {}
+    work: dict[str, int] = {}
 
 
 class AgentBeat(msgspec.Struct, tag="beat"):

@@ -91,10 +91,11 @@ class AskHistory(msgspec.Struct, tag="ask_history"):
 
 
 class NoteHistory(msgspec.Struct, tag="note_history"):
-    """Add to the planning history. The message may be lost."""
+    """Add to the planning history, and to the counts of ``engine.specs.work_counts``. The message may be lost."""
 
     rows: list[PlannerHistory]
     link: LinkHistory | None = None
+    counts: dict[str, int] = {}
 
 
 class PrepareIndex(msgspec.Struct, tag="prepare_index"):

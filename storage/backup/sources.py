@@ -76,7 +76,7 @@ def _copied(url: str) -> Iterator[str]:
         copy = folder / path.name
         with disk_errors(path):
             _copy(path, copy)
-        yield f"{SQLITE}:///{copy}" + (f"?{settings}" if settings else "")
+        yield f"{SQLITE}:///{copy.absolute()}" + (f"?{settings}" if settings else "")
 
 
 def _copy(path: Path, copy: Path) -> None:

@@ -55,7 +55,7 @@ def test_prometheus_of_the_compose_file_reads_its_configuration(tmp_path: Path) 
     config = (MONITORING / "prometheus.yaml").read_text()
     assert "/etc/prometheus/ppaas.rules.yaml" in config
     (tmp_path / "prometheus.yaml").write_text(config.replace("/etc/prometheus/ppaas.rules.yaml", str(RULES)))
-    assert "8 rules found" in run("promtool", "check", "config", tmp_path / "prometheus.yaml")
+    assert "12 rules found" in run("promtool", "check", "config", tmp_path / "prometheus.yaml")
 
 
 def services(profile: str) -> dict[str, Any]:

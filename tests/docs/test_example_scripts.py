@@ -7,7 +7,10 @@ import pytest
 
 from tests.support.sources import ROOT
 
-SCRIPTS = ("people_robot", "plot_recording", "rapyuta_check", "roslibpy_operator", "send_goal")
+SCRIPTS = (
+    "drive_by_hand", "people_robot", "plot_recording", "rapyuta_check", "roslibpy_operator", "send_goal",
+    "webhook_target",
+)  # fmt: skip
 
 
 def stopped(name: str, *arguments: str) -> str:

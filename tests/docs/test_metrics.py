@@ -6,6 +6,7 @@ import sys
 
 import yaml
 
+from benchmarks.alerts.faults import BESIDE, LAST
 from endpoints.metrics import collector, families
 from endpoints.metrics.snapshot import GONE
 from engine.control.master_calls.cloud import SILENT
@@ -15,11 +16,23 @@ from tests.support.sources import ROOT
 PAGE = "docs/metrics.md"
 
 
-def test_the_command_has_options_that_exist() -> None:
+def test_the_commands_have_options_that_exist() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
-    command = [sys.executable, "-m", "robots.cli", "up", "--help"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    shown = ""
+    for words in (["up"], ["bench", "alerts"], ["bench", "service"]):
+        command = [sys.executable, "-m", "robots.cli", *words, "--help"]
+        shown += subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert named and named <= set(re.findall(r"--\w[\w-]*", shown))
+
+
+def test_the_log_of_alerts_has_what_the_bench_breaks() -> None:
+    [shown] = blocks(PAGE, "text")
+    logged = [re.split(r" {2,}", line) for line in shown.splitlines()[1:]]
+    assert [(alert, broken, mended) for alert, broken, _, mended, _ in logged] == [
+        (fault.alert, fault.broken, fault.mended) for fault in BESIDE + LAST
+    ]
+    rules = yaml.safe_load((ROOT / "deploy" / "prometheus" / "ppaas.rules.yaml").read_text())
+    assert {alert for alert, *_ in logged} <= {rule["alert"] for group in rules["groups"] for rule in group["rules"]}
 
 
 def test_the_alerts_are_those_of_the_rules() -> None:
@@ -42,6 +55,7 @@ def test_numbers_are_those_of_the_code() -> None:
     assert f"does not answer within {collector.PATIENCE:g} s" in page
     assert f"disconnected within {GONE / 60:g} minutes" in page
     assert f"have not reported for {SILENT:g} s" in page
+    assert f"a charge below {100 * collector.LOW_BATTERY:g} %" in page
     assert f"at most {families.MOST_SERIES} series" in page and families.OTHER in page
     assert f"histograms are of {families.MOST_HISTOGRAMS} endpoints" in page
     assert f"cut after {families.LONGEST_LABEL} characters" in page

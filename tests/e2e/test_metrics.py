@@ -33,6 +33,9 @@ Samples = dict[tuple[str, frozenset[tuple[str, str]]], float]
 SERIES = re.compile(r"\b(?:ppaas|process)_\w+")
 """Names of series in queries."""
 
+WITH_TLS = {"ppaas_certificate_end_seconds"}
+"""Series of a cloud that has a certificate."""
+
 
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
@@ -60,7 +63,7 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
     rest, start = await cloud.admin(), free_pose(office_map, seed=1)
     await publish_map(rest, "office", office_map)
     token = await register_robot(rest, "tb1", "office", start)
-    async with driving(cloud.url, token, "tb1", office_map, start):
+    async with driving(cloud.url, token, "tb1", office_map, start) as drive:
         there = scrape(cloud)
         assert value(there, "ppaas_robots", state="connected") == 1
         assert value(there, "ppaas_robot_connected", user="admin", robot="tb1") == 1
@@ -78,6 +81,17 @@ async def test_a_scrape_shows_a_connected_robot_and_how_its_goal_ended(
             while not value(scrape(cloud), "ppaas_goals_total", result="succeeded"):
                 await asyncio.sleep(0.1)
         assert (await rest.get(f"/v1/robots/tb1/goals/{sent['id']}"))["state"] == "succeeded"
+        planned = value(scrape(cloud), "ppaas_plans_total", result="computed")
+        await drive.send(start, goal_id="of-a-client")
+        async with patience(90):
+            while value(now := scrape(cloud), "ppaas_goals_total", result="succeeded") < 2:
+                await asyncio.sleep(0.1)
+        computed = value(now, "ppaas_plans_total", result="computed")
+        assert (
+            computed == value(now, "ppaas_plan_seconds_count")
+            and computed + value(now, "ppaas_plans_total", result="reused") > planned
+        )
+        assert value(now, "ppaas_longest_wait_seconds") == value(now, "ppaas_robots_stopped") == 0
     async with patience(30):
         while not value(scrape(cloud), "ppaas_robots", state="gone"):
             await asyncio.sleep(0.1)
@@ -123,14 +137,15 @@ def test_the_document_lists_what_a_scrape_has(cloud: RunningCloud) -> None:
     assert {name: labels for name, labels in found.items() if name.startswith("ppaas_")} == {
         name: described[name] for name in described if name in found
     }
-    # Series that come with the first container or robot.
-    assert set(described) - set(found) <= {"ppaas_containers", "ppaas_robot_connected"}
+    # Series that come with the first container or robot, or with TLS.
+    optional = {"ppaas_containers", "ppaas_robot_connected", "ppaas_robot_battery_ratio", *WITH_TLS}
+    assert set(described) - set(found) <= optional
 
 
 def test_alerts_ask_for_series_that_a_scrape_has(cloud: RunningCloud) -> None:
     rules = yaml.safe_load((ROOT / "deploy" / "prometheus" / "ppaas.rules.yaml").read_text())
     queries = [rule["expr"] for group in rules["groups"] for rule in group["rules"]]
-    assert set(SERIES.findall("\n".join(queries))) - names(scrape(cloud)) == set()
+    assert set(SERIES.findall("\n".join(queries))) - names(scrape(cloud)) == WITH_TLS
 
 
 def test_the_dashboard_asks_for_series_that_a_scrape_has(cloud: RunningCloud) -> None:

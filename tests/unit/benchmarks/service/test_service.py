@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.service.first_use import _figures
 from benchmarks.service.fleet import Trial, search
+from benchmarks.service.metrics import COST_LIMIT, cost_of, is_watched
 from benchmarks.service.plan_load import PAIRS, SMALL, Costs, Way, figures, pairs_of, planning_time, ways_of
 from benchmarks.service.plan_reuse import TIMES, _sample, _Taken
 from benchmarks.service.plan_reuse import _figures as _reuse_figures
@@ -120,3 +121,15 @@ def test_the_speed_up_is_reported_only_for_reused_paths() -> None:
     assert (sooner.value, sooner.unit, sooner.limit, sooner.kept) == (20.0, "×", TIMES, True)
     taken.origins["computed"] = 1
     assert [figure.unit for figure in _reuse_figures("navfn", taken)] == ["ms", "ms"]
+
+
+def test_turns_with_and_without_metrics_are_in_balance() -> None:
+    turns = [number for number in range(8) if is_watched(number)]
+    assert (len(turns), sum(turns)) == (4, sum(range(8)) - sum(turns))
+
+
+@pytest.mark.parametrize(("more", "kept"), [(1.0 + COST_LIMIT / 200.0, True), (1.0 + COST_LIMIT / 50.0, False)])
+def test_metrics_that_cost_too_much_break_the_limit(more: float, kept: bool) -> None:
+    plain = [1.0, 2.0, 4.0]
+    figure = cost_of(plain, [each * more for each in plain], robots=6)
+    assert figure.value == pytest.approx(100.0 * (more - 1.0)) and figure.kept is kept

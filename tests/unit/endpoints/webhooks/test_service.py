@@ -122,10 +122,14 @@ async def test_alerts_go_to_administrators_alone(hall: Hall, target: Target, rol
 async def test_a_delivery_that_fails_is_repeated_with_its_id(hall: Hall, target: Target) -> None:
     hall.hook(target)
     target.status = lambda number: 500 if number < 4 else 204
-    async with hall.running():
+    async with hall.running() as webhooks:
         hall.report()
         await target.has(1)
+        await until(lambda: webhooks.numbers().attempts["delivered"])
+        numbers = webhooks.numbers()
     assert [*target.ids.values()] == [4]
+    assert numbers.attempts == {"delivered": 1, "failed": 3, "given up": 0}
+    assert (numbers.states, numbers.deliveries, numbers.lost) == ({"enabled": 1}, {"waiting": 0, "dead": 0}, 0)
 
 
 async def test_a_delivery_that_always_fails_is_dead_and_can_be_replayed(hall: Hall, target: Target) -> None:
@@ -136,6 +140,8 @@ async def test_a_delivery_that_always_fails_is_dead_and_can_be_replayed(hall: Ha
         await until(lambda: [one.state for one in hall.stored()] == ["dead"])
         [dead] = hall.stored()
         assert dead.reason == "the target answered 500"
+        await until(lambda: webhooks.numbers().deliveries == {"waiting": 0, "dead": 1})
+        assert webhooks.numbers().attempts["given up"] == 1
         hall.store.put_delivery(replace(dead, state="waiting", attempts=0, due=0.0, ended=None))
         await webhooks.changed("ann")
         await target.has(1)

@@ -12,6 +12,7 @@ import pytest
 from engine.agent.container_gateway import ContainerGateway
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
+from engine.specs.work_counts import FAILED, REUSED
 from ppaas.errors import NotFound
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore
@@ -136,3 +137,12 @@ async def test_history_of_another_map_is_dropped_and_the_connection_stays(
     container.write(find(1))
     assert isinstance(await receive(container), machine_link.PlansFound)
     assert store.history("depot") == []
+
+
+async def test_counts_of_containers_are_added_up_and_impossible_ones_are_dropped(tmp_path: Path) -> None:
+    gateway = ContainerGateway(tmp_path / "gate.sock", MemoryStore(), FakeFabric())
+    async with attached(gateway) as stream:
+        for counts in ({FAILED: 2}, {FAILED: -1}, {"coffee": 1}, {FAILED: 3, REUSED: 1}):
+            stream.write(machine_link.NoteHistory([], None, counts))
+        await until(lambda: gateway.work[REUSED])
+        assert gateway.work == {FAILED: 5, REUSED: 1}

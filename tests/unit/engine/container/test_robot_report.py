@@ -41,7 +41,8 @@ class Scene:
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: 1000.0 + self.clock())
         self.graph.add(Publisher)
         self.sessions = SessionHost(self.place)
-        self.reporter = RobotReporter(self.graph, self.sessions)
+        self.ended: list[Status] = []
+        self.reporter = RobotReporter(self.graph, self.sessions, self.ended.append)
 
     def goal(self, status: int, text: str = "") -> None:
         """Publish the status of the goal."""
@@ -119,3 +120,10 @@ def test_a_charge_that_is_no_share_is_not_known(scene: Scene, state: dict[str, A
     scene.charge({"percentage": 0.8})
     scene.charge(state)
     assert scene.now.battery is None
+
+
+def test_ends_of_goals_that_the_master_does_not_follow_are_passed_on(scene: Scene) -> None:
+    for name, status in (("mine", 3), ("rest-1", 3), ("task-1-0-0", 4), ("mine", 1), ("mine", 42), ("", 4)):
+        result = MoveBaseActionResult(Header(), GoalStatus(GoalID(id=name), status, ""))
+        scene.graph.inject(topics.MOVE_BASE_RESULT.name, result)
+    assert scene.ended == [Status.SUCCEEDED, Status.ABORTED]

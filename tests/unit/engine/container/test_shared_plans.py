@@ -11,7 +11,9 @@ from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import Refusal
+from engine.specs.work_counts import CLASSES, ENDED, PLAN_MICROS
 from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.plans.history import LinkHistory, bucket_of, computed_row, failed_row
 from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import PlanQuery
@@ -124,3 +126,20 @@ async def test_container_loads_planning_history_and_reports_new_entries(ends: tu
     assert isinstance(note, machine_link.NoteHistory)
     assert [(row.key, row.failed) for row in note.rows] == [(KEY, 2)]
     assert note.link is not None and (note.link.link, note.link.answers) == ("m1", 8)
+
+
+async def test_container_reports_its_counts_once(ends: tuple[MachineClient, Machine]) -> None:
+    client, machine = ends
+    notes = PlanningNotes(Times())
+    notes(computed_row(KEY, 0.004))
+    notes(computed_row(KEY, 0.3))
+    notes.tell(client)
+    note = await receive(machine)
+    assert isinstance(note, machine_link.NoteHistory)
+    assert len(note.rows) == 1, "they are summed up"
+    assert note.counts == {CLASSES[3]: 1, CLASSES[9]: 1, PLAN_MICROS: 304_000}
+    notes.goal_ended(Status.ABORTED)
+    notes.tell(client)
+    note = await receive(machine)
+    assert isinstance(note, machine_link.NoteHistory)
+    assert (note.rows, note.counts) == ([], {ENDED[Status.ABORTED]: 1})

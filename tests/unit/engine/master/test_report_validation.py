@@ -79,3 +79,8 @@ def test_full_usage_is_a_valid_heartbeat() -> None:
 def test_impossible_heartbeat_is_refused(heartbeat: Heartbeat) -> None:
     with pytest.raises(InvalidParameter, match="'m1' reports"):
         check_heartbeat(machine("m1"), heartbeat)
+
+
+def test_counts_that_nobody_makes_are_refused() -> None:
+    with pytest.raises(InvalidParameter, match="nothing is counted"):
+        check_heartbeat(machine("m1"), Heartbeat(0.0, 0, [], work={"coffee": 3}))

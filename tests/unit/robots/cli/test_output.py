@@ -1,5 +1,6 @@
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -116,3 +117,8 @@ def test_a_terminal_shows_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys: 
         assert report is not None
         report("draw the map", 0.5)
     assert "publish office: draw the map" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("column", ["since", "last_run", "before", "time"])
+def test_times_are_dates(column: str) -> None:
+    assert re.fullmatch(r"2026-\d\d-\d\d \d\d:\d\d:\d\d", cell(column, 1796030000.0))
