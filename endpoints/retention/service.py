@@ -40,6 +40,10 @@ class Retention:
         self._last: dict[str, tuple[float, int | None]] = {}
         self._turn = asyncio.Lock()
 
+    def change(self, days: Mapping[str, float]) -> None:
+        """Keep data for other times from the next removal on [days]."""
+        self._days = {**DEFAULT_DAYS, **days}
+
     def seconds(self, kind: str) -> float:
         """Return for how long a kind of data is kept [s]; infinity if it is kept however old it is."""
         return self._days.get(kind, math.inf) * DAY

@@ -172,3 +172,13 @@ async def test_without_settings_only_kinds_with_a_default_expire(cloud: Cloud) -
 
 def test_the_command_line_names_all_kinds() -> None:
     assert (*KINDS,) == RETENTIONS
+
+
+async def test_another_retention_holds_from_the_next_removal_on(cloud: Cloud) -> None:
+    cloud.clock.advance(3 * DAY)
+    cloud.retention.change({"plans": 2.0 + 60.0 / DAY})
+    assert cloud.retention.seconds("plans") == 2 * DAY + 60.0
+    assert cloud.retention.seconds("tasks") == DEFAULT_DAYS["tasks"] * DAY
+    removed = {found.kind: found.expired for found in await cloud.retention.expire(False)}
+    assert removed == {kind: 1 if kind == "plans" else 0 for kind in removed} and "plans" in removed
+    assert "audit" not in removed, "what has no days is kept"
