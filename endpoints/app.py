@@ -10,7 +10,7 @@ from endpoints.audit.requests import AuditedRequests
 from endpoints.dashboard.pages import add_dashboard
 from endpoints.documentation.site import BUILT, add_documentation
 from endpoints.http.body_limit import BodyLimit, BodyLimits
-from endpoints.http.front import HeadRequests, front
+from endpoints.http.front import ApplicationFront, HeadRequests
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.problems import add_problem_handlers
 from endpoints.resources.services import Services
@@ -126,6 +126,11 @@ class Application(FastAPI):
     """FastAPI application behind the limits of bodies and the fast path of path requests.
 
     Both run before FastAPI's own middleware, which takes longer than they do.
+
+    Attributes
+    ----------
+    front : ApplicationFront
+        Front of the application.
     """
 
     def __init__(self, services: Services, settings: FrontSettings, **options: Any) -> None:
@@ -137,11 +142,11 @@ class Application(FastAPI):
         }
         fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
         bodies = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), posts)
-        self._first = front(HeadRequests(bodies), settings, private=PREFIX)
+        self.front = ApplicationFront(HeadRequests(bodies), settings, private=PREFIX)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or connection."""
-        await self._first(scope, receive, send)
+        await self.front(scope, receive, send)
 
 
 def description() -> dict[str, Any]:
@@ -167,7 +172,7 @@ def _options() -> dict[str, Any]:
     }
 
 
-def create_app(services: Services, settings: FrontSettings | None = None) -> FastAPI:
+def create_app(services: Services, settings: FrontSettings | None = None) -> Application:
     """Return the application for these services; it neither starts nor closes them."""
     settings = settings or FrontSettings()
     app = Application(services, settings, **_options())

@@ -2,20 +2,22 @@
 
 import asyncio
 import contextlib
+import logging
 import socket
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import cast
 
 import uvicorn
-from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from endpoints.app import create_app
+from endpoints.app import Application, create_app
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.counted_requests import CountedRequests
+from endpoints.http.front import ApplicationFront
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp, http_protocol
 from endpoints.http.tls import HandshakeListener, ServerTls
@@ -78,6 +80,10 @@ class Web:
 
     Attributes
     ----------
+    services : Services
+        As given.
+    connections : ConnectionTable
+        As given.
     sessions : SessionRegistry
         Sockets of robots and operators.
     requests : CountedRequests
@@ -96,14 +102,17 @@ class Web:
         settings: FrontSettings,
         tls: ServerTls | None = None,
     ) -> None:
-        self._services = services
+        self.services = services
+        self.connections = connections
         self.sessions = SessionRegistry(places, services.cloud.count_paths, linger, lambda: services.cloud.start)
         self._background = Background()
         self._rights = RightsWatch(self.sessions, services)
         self._tls = tls
         self._settings = settings
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
-        self.requests = CountedRequests(build_app(services, self.sessions, settings))
+        app = build_app(services, self.sessions, settings)
+        self._fronts = [app.front]
+        self.requests = CountedRequests(app)
         self._server = Server(self._configured(self.requests))
         self._protocols: list[ClientProtocol] = []
         self._others: list[tuple[Server, Sequence[socket.socket]]] = []
@@ -118,11 +127,20 @@ class Web:
 
     def serve_protocol(self, name: str, listeners: Sequence[socket.socket]) -> None:
         """Load a protocol by its name, and make ``serve`` also serve its clients, on these listeners."""
-        protocol = PROTOCOLS.load(name)(self._services, self.sessions, self._settings)
+        protocol = PROTOCOLS.load(name)(self.services, self.sessions, self._settings)
         self._protocols.append(protocol)
         self._background.run(protocol.watch())
-        server = Server(self._configured(protocol.app(), max_frame=protocol.max_frame))
+        app = protocol.app()
+        if isinstance(app, ApplicationFront):
+            self._fronts.append(app)
+        server = Server(self._configured(app, max_frame=protocol.max_frame))
         self._others.append((server, listeners))
+
+    def change_front(self, trusted_proxies: tuple[str, ...], allowed_origins: tuple[str, ...]) -> None:
+        """Trust other proxies, and allow other web pages, from the next request on."""
+        self._settings = replace(self._settings, trusted_proxies=trusted_proxies, allowed_origins=allowed_origins)
+        for front in self._fronts:
+            front.change(self._settings)
 
     def stop(self) -> None:
         """Make ``serve`` return."""
@@ -136,7 +154,7 @@ class Web:
             await protocol.close()
 
 
-def build_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> FastAPI:
+def build_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> Application:
     """Return the application with REST and the robot WebSocket."""
     app = create_app(services, settings)
 
@@ -145,6 +163,16 @@ def build_app(services: Services, sessions: SessionRegistry, settings: FrontSett
 
     app.router.routes.append(WebSocketRoute("/", robot_socket))
     return app
+
+
+def log_at(level: str) -> None:
+    """Change the least level of the log of a process with a web server, as ``ppaas up --log-level`` names it."""
+    logging.getLogger().setLevel(level.upper())
+    logging.getLogger("uvicorn.error").setLevel(_server_level(level).upper())
+
+
+def _server_level(level: str) -> str:
+    return "error" if level == "error" else "warning"  # "info" logs each request
 
 
 def _uvicorn_config(
@@ -158,7 +186,7 @@ def _uvicorn_config(
 ) -> uvicorn.Config:
     return uvicorn.Config(
         app,
-        log_level="error" if log_level == "error" else "warning",  # "info" logs each request
+        log_level=_server_level(log_level),
         log_config=None,
         access_log=False,  # the query may contain a token
         proxy_headers=False,  # endpoints.http.front does this, for trusted proxies

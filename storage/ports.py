@@ -30,7 +30,7 @@ from storage.records import (
     Token,
     User,
 )
-from storage.sharing_records import Share
+from storage.sharing_records import ProvidedIdentity, Share
 from storage.webhooks.records import WebhookStore
 
 __all__ = [
@@ -61,6 +61,10 @@ class UserStore(Protocol):
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
         """Return users, sorted by id."""
+        ...
+
+    def user_with_identity(self, identity: ProvidedIdentity) -> User:
+        """Return the user of an identity, the first by id if several have it; ``NotFound`` if none has."""
         ...
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:

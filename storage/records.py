@@ -55,7 +55,9 @@ class Token(msgspec.Struct, frozen=True):
     """A login, or a token for some robots.
 
     Only the hash of the token is stored; ``expires`` and ``created`` are seconds since the epoch. ``scope`` limits its
-    rights; None if it has all rights of its user. ``name`` says what a scoped token is for.
+    rights; None if it has all rights of its user. ``name`` says what a scoped token is for. ``provider_session`` is the
+    session at the identity provider with which the user logged in; empty if the provider did not name it, None for
+    other logins.
     """
 
     hash: str
@@ -64,6 +66,7 @@ class Token(msgspec.Struct, frozen=True):
     created: float = 0.0
     scope: TokenScope | None = None
     name: str = ""
+    provider_session: str | None = None
 
 
 class MapFile(msgspec.Struct, frozen=True):

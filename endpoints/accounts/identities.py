@@ -2,7 +2,6 @@
 
 import logging
 import secrets
-from collections.abc import Iterator
 
 import msgspec
 from starlette.concurrency import run_in_threadpool
@@ -14,7 +13,7 @@ from ppaas.clock import Clock
 from ppaas.errors import Conflict, NotAuthenticated, NotFound
 from storage.migration.copying import one_by_one
 from storage.ports import UserStore
-from storage.records import Role, User
+from storage.records import Role, Token, User
 from storage.sharing_records import ProvidedIdentity
 
 logger = logging.getLogger(__name__)
@@ -22,10 +21,10 @@ logger = logging.getLogger(__name__)
 PROVIDED = "provided:"
 """Prefix of the password hash of a user without a password: no password has it."""
 
+PAGE = 500
+
 RESERVED = frozenset({"admin", "me"})
 """Names that no identity gets: the administrator who has the password of the cloud, and the alias of the caller."""
-
-PAGE = 500
 
 
 class Identities:
@@ -91,8 +90,17 @@ class Identities:
         logger.info("user %r was created for an identity of %s", name, identity.issuer)
         return user
 
-    async def sign_in(self, user: User, role: Role, lifetime: float) -> IssuedToken:
+    async def sign_in(self, user: User, role: Role, lifetime: float, session: str = "") -> IssuedToken:
         """Return a new token of a user, who has this role from now on.
+
+        Parameters
+        ----------
+        user : User
+        role : str
+        lifetime : float
+            Lifetime of the token [s].
+        session : str
+            Session at the provider; empty if it has no name.
 
         Raises
         ------
@@ -113,9 +121,35 @@ class Identities:
             if await in_turn(self._turns, user.id, lambda _: settle()):
                 await self._tokens.forget(user.id)
                 logger.info("user %r has the role %r by the identity provider", user.id, role)
-            return await self._tokens.issue(user.id, lifetime)
+            return await self._tokens.issue(user.id, lifetime, session)
         except NotFound as error:
             raise NotAuthenticated("this user was removed: log in again") from error
+
+    async def sign_out(self, issuer: str, subject: str | None, session: str | None, *, before: float) -> dict[str, int]:
+        """Revoke the tokens of logins with a provider; return their number by user.
+
+        Tokens for robots, and tokens of logins with a password, stay.
+
+        Parameters
+        ----------
+        issuer : str
+        subject : str, optional
+            Person; without it, the session is sought among all users of the issuer.
+        session : str, optional
+            Session at the provider; without it, all of the person.
+        before : float
+            Time until which the logins were [s since the epoch].
+        """
+
+        def is_ended(token: Token) -> bool:
+            return (
+                token.provider_session is not None
+                and token.created <= before
+                and session in (None, token.provider_session)
+            )
+
+        users = await run_in_threadpool(self._users_of, issuer, subject)
+        return {user: count for user in users if (count := await self._tokens.revoke_all(user, is_ended))}
 
     async def link(self, user_id: str, identity: ProvidedIdentity | None) -> User:
         """Bind a user to an identity, which logs in as this user from now on; None ends that, and the user's tokens.
@@ -149,8 +183,15 @@ class Identities:
         finally:
             await self._tokens.forget(user_id)
 
-    def _user_of(self, identity: ProvidedIdentity) -> User | None:
-        return next((user for user in self._users() if user.identity == identity), None)
+    def _users_of(self, issuer: str, subject: str | None) -> list[str]:
+        if subject is not None:
+            user = self._user_of(ProvidedIdentity(issuer, subject))
+            return [] if user is None else [user.id]
+        users = one_by_one(lambda last: self._store.users(after=last, limit=PAGE), "", lambda user: user.id)
+        return [user.id for user in users if user.identity is not None and user.identity.issuer == issuer]
 
-    def _users(self) -> Iterator[User]:
-        return one_by_one(lambda last: self._store.users(after=last, limit=PAGE), "", lambda user: user.id)
+    def _user_of(self, identity: ProvidedIdentity) -> User | None:
+        try:
+            return self._store.user_with_identity(identity)
+        except NotFound:
+            return None

@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import logging
 import secrets
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import msgspec
@@ -208,18 +208,22 @@ class Tokens:
         """Stop to remove revoked tokens from the store."""
         self._revocations.close()
 
-    async def issue(self, user_id: str, lifetime: float | None = None) -> IssuedToken:
+    async def issue(
+        self, user_id: str, lifetime: float | None = None, provider_session: str | None = None
+    ) -> IssuedToken:
         """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk.
 
-        ``lifetime`` is its own, if it has one [s].
+        ``lifetime`` is its own, if it has one [s]; ``provider_session`` is as of ``Token``.
         """
         now, text = self._clock(), _new_text()
         lifetime = self._lifetime if lifetime is None else lifetime
         try:
-            return await run_in_threadpool(self._store_new, IssuedToken(text, now + lifetime), user_id, now)
+            issued = IssuedToken(text, now + lifetime)
+            return await run_in_threadpool(self._store_new, issued, user_id, now, provider_session)
         except Unavailable as error:
             login = IssuedToken(text, now + min(lifetime, UNSAVED_LIFETIME))
-            await self._logins.keep_token(Token(login.id, user_id, login.expires, now))
+            kept = Token(login.id, user_id, login.expires, now, provider_session=provider_session)
+            await self._logins.keep_token(kept)
             logger.warning("the token of user %r is kept in memory for %g s: %s", user_id, login.expires - now, error)
             return login
 
@@ -248,13 +252,18 @@ class Tokens:
         finally:
             await self.forget(user_id)
 
-    async def revoke_all(self, user_id: str) -> None:
-        """Revoke all tokens of a user."""
+    async def revoke_all(self, user_id: str, which: Callable[[Token], bool] = lambda _: True) -> int:
+        """Revoke the tokens of a user that ``which`` selects, and those that could not be stored; return their number.
+
+        The number is without those that could not be stored.
+        """
         try:
             await self._logins.drop_tokens(user_id, None)
-            for token in await run_in_threadpool(self._store.tokens, user_id):
+            revoked = [token for token in await run_in_threadpool(self._store.tokens, user_id) if which(token)]
+            for token in revoked:
                 with contextlib.suppress(NotFound):  # revoked or expired meanwhile
                     await self._revocations.remove(user_id, token.hash)
+            return len(revoked)
         finally:
             await self.forget(user_id)
 
@@ -284,8 +293,8 @@ class Tokens:
         """Drop all users from the cache of this process."""
         self._cache.drop_all()
 
-    def _store_new(self, login: IssuedToken, user_id: str, now: float) -> IssuedToken:
-        self._store.add_token(Token(login.id, user_id, login.expires, now))
+    def _store_new(self, login: IssuedToken, user_id: str, now: float, provider_session: str | None) -> IssuedToken:
+        self._store.add_token(Token(login.id, user_id, login.expires, now, provider_session=provider_session))
         with contextlib.suppress(Unavailable):  # a later login removes them
             self._store.remove_tokens(expired_before=now)
         return login

@@ -26,7 +26,8 @@ class AuditEvent(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         Time [s since the epoch].
     action : str
         Id of the REST operation, as ``remove_map``; or ``connect``, ``disconnect``, ``start_cloud``, ``stop_cloud``,
-        ``make_ticket``, ``hand_over``, ``propose_change``, ``lose_events``, ``disable_webhook``, ``expire_data``.
+        ``make_ticket``, ``hand_over``, ``propose_change``, ``lose_events``, ``disable_webhook``, ``expire_data``,
+        ``reload_settings``.
     outcome : {"ok", "refused", "failed"}
         Whether it was done, refused to the caller, or failed by a fault of the cloud.
     user : str, optional

@@ -1,4 +1,4 @@
-"""``ppaas config``: check, show and explain the settings of ``ppaas up`` and ``ppaas machine join``."""
+"""``ppaas config``: check, show, explain and reload the settings of ``ppaas up`` and ``ppaas machine join``."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput
 
 NAME = "config"
-HELP = "check, show and explain the settings of 'ppaas up' and 'ppaas machine join'"
+HELP = "check, show, explain and reload the settings of 'ppaas up' and 'ppaas machine join'"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     check = verbs.add_parser("check", help="check a file of settings and the variables; report all that is wrong")
     show = verbs.add_parser("show", help="show the settings that a command would take, each with its source")
-    explain = verbs.add_parser("explain", help="explain a setting: meaning, type, option, variable, key")
+    explain = verbs.add_parser("explain", help="explain a setting: meaning, type, option, variable, key, reload")
     for verb in (check, show):
         verb.add_argument(
             "file",
@@ -36,8 +36,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
             help="file of settings (PPAAS_CONFIG, else /etc/ppaas/ppaas.toml if it exists)",
         )
     show.add_argument("--table", choices=list(TABLES), help="only the settings of this table (both)")
+    reloading = verbs.add_parser(
+        "reload", help="have a cloud read its settings again, without a restart; run it on the host of the cloud"
+    )
+    reloading.add_argument("--data", type=Path, default=Path("var"), help="data folder of the cloud (./%(default)s)")
     explain.add_argument("key", metavar="KEY", help="key, as up.port, or its name alone, as port")
-    for verb in (check, show, explain):
+    for verb in (check, show, explain, reloading):
         verb.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -48,6 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
         return _explain(arguments)
     if arguments.verb == "check":
         return _check(arguments)
+    if arguments.verb == "reload":
+        return _reload(arguments)
     return _show(arguments)
 
 
@@ -107,6 +113,23 @@ def _explain(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _reload(arguments: argparse.Namespace) -> int:
+    from endpoints.cli.reload import reload  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    report = reload(arguments.data)
+    if arguments.json:
+        changed = [{name: getattr(one, name) for name in one.__struct_fields__} for one in report.changed]
+        sys.stdout.write(json.dumps({"file": report.file, "changed": changed}) + "\n")
+        return 0
+    for one in report.changed:
+        state = "applied" if one.applied else "needs a restart"
+        sys.stdout.write(f"{one.key}: {one.before} -> {one.after} ({state})\n")
+    if not report.changed:
+        where = "the variables; there is no file" if report.file is None else report.file
+        sys.stdout.write(f"nothing has changed in {where}\n")
+    return 0
+
+
 def _facts(setting: Setting) -> dict[str, Any]:
     return {
         "key": setting.key,
@@ -115,6 +138,7 @@ def _facts(setting: Setting) -> dict[str, Any]:
         "default": setting.shown(setting.action.default),
         "option": setting.flag,
         "variable": setting.variable,
+        "reload": setting.reloads,
     }
 
 

@@ -12,6 +12,7 @@ from endpoints.cli import front_options
 from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput, Unavailable
+from ppaas.log_lines import AS_JSON
 
 if TYPE_CHECKING:
     from engine.remote.endpoint_processes import EndpointProcesses
@@ -69,7 +70,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Join the cloud, then replace this process by the machine's agent."""
-    front_options.take_log_format(arguments)
+    if arguments.log_format == AS_JSON:  # refusals of settings are JSON, too
+        front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415
@@ -79,6 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
 
     arguments = settled(MACHINE, arguments)
+    front_options.take_log_format(arguments)
     front_options.take_traces(arguments)
     folder = arguments.data.resolve()
     endpoints = _endpoints(arguments) if arguments.endpoints else None

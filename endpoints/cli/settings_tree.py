@@ -16,18 +16,28 @@ TABLES: Mapping[str, Callable[[argparse.ArgumentParser], None]] = {
 }
 
 
-def settled(table: str, arguments: argparse.Namespace) -> argparse.Namespace:
+def settled(
+    table: str, arguments: argparse.Namespace, environment: Mapping[str, str] | None = None
+) -> argparse.Namespace:
     """Return the arguments of a command with the settings of variables and the file that its words do not give.
 
     ``config`` of the result is the file that was read, or None. The URLs of stores stay in the environment, from which
     the command takes them.
+
+    Parameters
+    ----------
+    table : str
+    arguments : Namespace
+        As the command line gives them.
+    environment : mapping of str to str, optional
+        Environment; by default the one that this process has now.
 
     Raises
     ------
     InvalidInput
         A setting is misspelt or wrong; the text has a line for each.
     """
-    tree = SettingsTree(TABLES, arguments.config)
+    tree = SettingsTree(TABLES, arguments.config, environment)
     values, wrong = tree.values(table, _given(TABLES[table], arguments.words))
     raise_if_any(tree.misspelt() + wrong)
     taken = {

@@ -2,6 +2,8 @@
 
 import argparse
 import math
+import os
+from functools import partial
 from pathlib import Path
 
 from endpoints.cli import front_options
@@ -9,6 +11,7 @@ from endpoints.store_options import add_stores
 from ppaas.bounded import above_zero, whole
 from ppaas.distribution import BASE, check_versions
 from ppaas.errors import InvalidInput
+from ppaas.log_lines import AS_JSON
 
 NAME = "up"
 HELP = "start the cloud on this machine"
@@ -287,15 +290,20 @@ def run(arguments: argparse.Namespace) -> int:
     Unavailable
         A package of the cloud is older or newer than tried.
     """
-    front_options.take_log_format(arguments)
+    environment = dict(os.environ)  # a reload reads the settings as this start does
+    if arguments.log_format == AS_JSON:  # refusals of settings are JSON, too
+        front_options.take_log_format(arguments)
     check_versions(BASE, "cloud")
     # Imported here, because the command line does not import the server; and the settings import this module.
-    from endpoints.cli.settings_tree import UP, settled  # noqa: PLC0415
+    from endpoints.cli.settings_tree import TABLES, UP, settled  # noqa: PLC0415
+    from endpoints.settings.reload import RunningSettings  # noqa: PLC0415
+    from endpoints.settings.setting import settings_of  # noqa: PLC0415
 
-    arguments = settled(UP, arguments)
-    front_options.take_traces(arguments)
+    running = RunningSettings(settings_of({UP: TABLES[UP]}), partial(settled, UP, arguments, environment))
+    front_options.take_log_format(running.arguments)
+    front_options.take_traces(running.arguments)
     from engine.processes.imports import without_collection  # noqa: PLC0415
 
     with without_collection():
         from endpoints.cloud_processes.server import run_server  # noqa: PLC0415
-    return run_server(arguments)
+    return run_server(running)

@@ -113,6 +113,11 @@ class CloudJobs:
         Reports what happens to the cloud.
     others : sequence of CloudJob
         Jobs that endpoints call, too.
+
+    Attributes
+    ----------
+    idle : IdleWatch
+        Disconnects idle robots.
     """
 
     def __init__(
@@ -125,8 +130,9 @@ class CloudJobs:
         events: FleetEvents,
         others: Sequence[CloudJob] = (),
     ) -> None:
+        self.idle = IdleWatch(robots, idle)
         self._jobs: tuple[CloudJob, ...] = (
-            IdleWatch(robots, idle),
+            self.idle,
             MapRightsWatch(robots, services),
             DiskWatch.of(services.disk, services.store, events.disk_changed),
             ChangeWatch(services),

@@ -5,6 +5,7 @@ import argparse
 import msgspec
 
 from endpoints.oidc.settings import OidcSettings, provider_settings
+from endpoints.settings.live import LiveSettings
 from engine.master.quotas import Quota
 
 
@@ -138,6 +139,35 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="own"):
     orphaned: float
     allowed: tuple[str, ...]
     front: FrontConfig
+
+
+def settings_at_start(config: EndpointConfig) -> LiveSettings:
+    """Return what an endpoint follows, as it is when it starts."""
+    front = config.front
+    return LiveSettings(
+        quota=config.quota,
+        keep_versions=config.keep_versions,
+        log_level=front.log_level,
+        trusted_proxy=front.trusted_proxy,
+        allow_origin=front.allow_origin,
+        max_connections=front.max_connections,
+        max_connections_per_address=front.max_connections_per_address,
+        oidc=front.oidc,
+    )
+
+
+def with_settings(config: EndpointConfig, live: LiveSettings) -> EndpointConfig:
+    """Return the settings with which an endpoint starts as one that follows ``live``."""
+    front = msgspec.structs.replace(
+        config.front,
+        log_level=live.log_level,
+        trusted_proxy=live.trusted_proxy,
+        allow_origin=live.allow_origin,
+        max_connections=live.max_connections,
+        max_connections_per_address=live.max_connections_per_address,
+        oidc=live.oidc,
+    )
+    return msgspec.structs.replace(config, quota=live.quota, keep_versions=live.keep_versions, front=front)
 
 
 class JoinedEndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="joined"):

@@ -16,6 +16,7 @@ from endpoints.audit.data_folder import DataFolderCalls, FarAuditLog
 from endpoints.audit.event import AuditLog
 from endpoints.audit.file_log import cloud_audit
 from endpoints.cloud_processes.config import Config, EndpointConfig, FrontConfig
+from endpoints.cloud_processes.following import FollowedSettings, oidc_logins
 from endpoints.http.connection_table import connection_table, raise_file_limit
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.tls import ServerTls
@@ -24,6 +25,7 @@ from endpoints.resources.news import Caches, RobotFacts
 from endpoints.resources.services import Services
 from endpoints.retention.calls import RetentionCalls
 from endpoints.robot_checks.clone_checker import CloneChecker
+from endpoints.settings.live import LiveCalls
 from endpoints.web import Web
 from endpoints.webhooks.calls import WebhookCalls
 from engine.calls.interface import remote
@@ -33,7 +35,7 @@ from engine.cloud_client.master_link import OwnMaster
 from engine.control.master_calls.interface import RequestCounts
 from engine.control.master_calls.server import SOCKET
 from engine.leadership.leadership import MASTER
-from engine.processes.background import cancel_all, run_unless_stopped, stop_on_signals
+from engine.processes.background import Background, cancel_all, run_unless_stopped, stop_on_signals
 from engine.processes.imports import without_collection
 from engine.processes.run_dir import add_owner
 from engine.protocols.address import UnixAddress, parse_host_port
@@ -46,7 +48,6 @@ from storage.urls.opening import open_map_store, open_store
 
 if TYPE_CHECKING:
     from endpoints.cloud_processes.joined import JoinedEndpoint
-    from endpoints.oidc.logins import OidcLogins
 
 logger = logging.getLogger(__name__)
 
@@ -84,8 +85,11 @@ async def _serve(config: EndpointConfig, far: "JoinedEndpoint | None", stop: asy
     async with contextlib.AsyncExitStack() as stack:
         linked: list[asyncio.Task[None]] = []  # ends after the services, whose last words are for the master
         with without_collection():
-            web, endpoint = await _composed(config, far, stack, linked)
+            web, endpoint, followed = await _composed(config, far, stack, linked)
         linked.append(asyncio.create_task(endpoint.run(config.orphaned)))
+        following = Background()
+        stack.push_async_callback(following.cancel)
+        following.run(followed.run(remote(LiveCalls, endpoint.master)))
         serving, stopping = asyncio.create_task(_listen(config.front, web, stack)), asyncio.create_task(_until(stop))
         try:
             done, _ = await asyncio.wait((*linked, serving, stopping), return_when=asyncio.FIRST_COMPLETED)
@@ -115,8 +119,8 @@ async def _composed(
     far: "JoinedEndpoint | None",
     stack: contextlib.AsyncExitStack,
     linked: list[asyncio.Task[None]],
-) -> tuple[Web, Endpoint]:
-    """Return the web server and the engine's part, which ``stack`` closes, as it ends the tasks ``linked``."""
+) -> tuple[Web, Endpoint, FollowedSettings]:
+    """Return the web server, the engine's part and what changes both; ``stack`` closes them, and ends ``linked``."""
     front = config.front
     store = open_store(config.store, outbox=_path(config.outbox), reserve=_path(config.reserve))
     stack.callback(store.close)
@@ -149,15 +153,7 @@ async def _composed(
         tls=ServerTls(Path(front.tls_cert), Path(front.tls_key)) if front.tls_cert else None,
     )
     stack.push_async_callback(web.close)
-    return web, endpoint
-
-
-def _oidc(front: FrontConfig) -> "OidcLogins | None":
-    if front.oidc is None:
-        return None
-    from endpoints.oidc.logins import OidcLogins  # noqa: PLC0415 - imports authlib, of an extra
-
-    return OidcLogins(front.oidc)
+    return web, endpoint, FollowedSettings(config, web, endpoint.cloud.quotas, is_far=far is not None)
 
 
 def _settings(front: FrontConfig) -> FrontSettings:
@@ -194,7 +190,7 @@ async def _services(
         audit=await _audit(config, far_folder, stack),
         webhooks=remote(WebhookCalls, endpoint.master),
         retention=remote(RetentionCalls, endpoint.master),
-        oidc=_oidc(config.front),
+        oidc=oidc_logins(config.front.oidc),
         endpoint=config.name,
     )
     stack.push_async_callback(services.plan_writer.close)

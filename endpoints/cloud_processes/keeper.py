@@ -80,6 +80,10 @@ class EndpointKeeper:
     def _registered(self) -> set[str]:
         return {one.registration.endpoint for one in self._server.endpoints if one.registration is not None}
 
+    def change(self, configs: Sequence[EndpointConfig]) -> None:
+        """Start the next processes with settings that the running ones follow."""
+        self._keeper.change({config.name: config for config in configs})
+
     async def stop(self) -> None:
         """Stop all endpoints."""
         await self._keeper.stop()

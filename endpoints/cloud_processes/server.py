@@ -23,10 +23,11 @@ from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.audit.event import AuditEvent, AuditLog
 from endpoints.audit.file_log import FileAuditLog, cloud_audit
 from endpoints.cloud_processes.cloud_jobs import CloudJobs
-from endpoints.cloud_processes.config import front_config
+from endpoints.cloud_processes.config import front_config, with_settings
 from endpoints.cloud_processes.keeper import COMMAND, EndpointKeeper, joined_processes
 from endpoints.cloud_processes.leading import asked_to_hand_over, hand_over, take_the_lead
 from endpoints.cloud_processes.ports import ENDPOINTS_HERE, Ports, endpoint_configs
+from endpoints.cloud_processes.reloading import FollowingMaster, SettingsReload, target_rules
 from endpoints.http.connection_table import raise_file_limit
 from endpoints.http.tls import server_tls, warn_if_open_to_others
 from endpoints.listeners import url_of
@@ -37,10 +38,11 @@ from endpoints.resources.services import Services
 from endpoints.retention.calls import RetentionCalls
 from endpoints.retention.kinds import Kept
 from endpoints.retention.service import Retention
+from endpoints.settings.live import LiveCalls
+from endpoints.settings.reload import RunningSettings
 from endpoints.store_options import settle_stores, store_urls
 from endpoints.webhooks.calls import WebhookCalls
 from endpoints.webhooks.service import Webhooks
-from endpoints.webhooks.targets import TargetRules
 from engine.bootstrap import CloudConfig, Engine
 from engine.control.master_calls.server import Extra
 from engine.local.kept_process import SpareProcesses
@@ -97,7 +99,7 @@ class ReadyFile(msgspec.Struct):
     admin_user: str
 
 
-def run_server(arguments: argparse.Namespace) -> int:
+def run_server(running: RunningSettings) -> int:
     """Serve until SIGINT or SIGTERM; return the exit status.
 
     Raises
@@ -108,6 +110,7 @@ def run_server(arguments: argparse.Namespace) -> int:
         Listening on the address failed, or another cloud uses the data folder or the store.
     """
     keep_new_files_private()
+    arguments = running.arguments
     level = arguments.log_level.upper()
     form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
     log_lines(form, process="master", level=level, dates="%H:%M:%S")
@@ -131,7 +134,7 @@ def run_server(arguments: argparse.Namespace) -> int:
             stack.enter_context(sole_owner(lock, what, advice))
         begin_traces("ppaas-master", "master")
         stack.callback(end_traces)
-        uvloop.run(_serve(arguments))
+        uvloop.run(_serve(running))
     return 0
 
 
@@ -221,14 +224,17 @@ def admin_password(path: Path) -> str:
     return password
 
 
-async def _serve(arguments: argparse.Namespace) -> None:
+async def _serve(running: RunningSettings) -> None:
     stop, asked, manager = stop_on_signals(), asked_to_hand_over(), ServiceManager()
+    arguments, reload = running.arguments, SettingsReload(running)
     async with contextlib.AsyncExitStack() as stack:
         stack.push_async_callback(manager.stop)
         manager.start()
+        stack.push_async_callback(reload.close)
+        reload.on_hangup(stop)
         if arguments.standby is not None:  # it may wait for as long as another process leads
             manager.notify(READY="1", STATUS="standing by, or taking over")
-        metrics = await _metrics(arguments, stack)
+        metrics = await _metrics(reload, stack)
         config = cloud_config(arguments)
         spares = SpareProcesses(COMMAND)
         stack.push_async_callback(spares.close)
@@ -242,9 +248,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
         if tls is None:
             warn_if_open_to_others(ports.web)
         raise_file_limit()  # before processes are started, which inherit it
-        engine = Engine(config, leadership)
+        engine = Engine(cloud_config(arguments), leadership)  # of now: a standby may have waited for days
         stack.push_async_callback(engine.close)
-        started = await run_unless_stopped(stop, _start(engine, arguments, stack, ports, spares))
+        started = await run_unless_stopped(stop, _start(engine, reload, stack, ports, spares))
         if started is not None:
             keeper, snapshots = started
             if metrics is not None:
@@ -260,14 +266,16 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
 async def _start(
     engine: Engine,
-    arguments: argparse.Namespace,
+    reload: SettingsReload,
     stack: contextlib.AsyncExitStack,
     ports: Ports,
     spares: SpareProcesses,
 ) -> tuple[EndpointKeeper, CloudSnapshots]:
+    arguments = reload.arguments
     audit = await stack.enter_async_context(cloud_audit(arguments.data))
     services = await _services(engine, arguments, stack, audit)
     webhooks, retention = _called_jobs(engine, arguments, audit)
+    engine.endpoints.serve_also(lambda: Extra(LiveCalls, reload))
     machine = asyncio.create_task(engine.start())
     tasks = engine.cloud.task_runner(engine.store, retention.seconds("tasks"))
     try:
@@ -276,6 +284,7 @@ async def _start(
         configs = endpoint_configs(arguments, engine, ports)
         keeper = EndpointKeeper(configs, engine.endpoints, engine.run_dir, arguments.data / ENDPOINTS_HERE, spares)
         stack.push_async_callback(keeper.stop)
+        reload.follow(lambda _: keeper.change([with_settings(each, reload.live) for each in configs]))
         await keeper.start()
         await machine
         jobs = CloudJobs(
@@ -283,6 +292,7 @@ async def _start(
         )
         stack.push_async_callback(jobs.close)
         jobs.start()
+        reload.follow(FollowingMaster(engine.cloud, services, jobs, webhooks, retention, tasks).apply)
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
@@ -316,7 +326,7 @@ async def _services(
 
 def _called_jobs(engine: Engine, arguments: argparse.Namespace, audit: FileAuditLog) -> tuple[Webhooks, Retention]:
     """Return the jobs that endpoints call."""
-    rules = TargetRules(allow_private=arguments.webhook_allow_private, allow_http=arguments.webhook_allow_http)
+    rules = target_rules(arguments)
     webhooks = Webhooks(engine.store, engine.cloud.events, rules, audit, hear_goals=engine.cloud.hear_goals)
     kept, sizes = Kept(engine.store, audit, engine.recordings), dict(arguments.retention_size)
     retention = Retention(kept, audit, dict(arguments.retention), gigabytes=sizes)
@@ -336,14 +346,16 @@ def _check_metrics_installed() -> None:
     check_versions("metrics")
 
 
-async def _metrics(arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> "CloudCollector | None":
+async def _metrics(reload: SettingsReload, stack: contextlib.AsyncExitStack) -> "CloudCollector | None":
     """Serve metrics until ``stack`` is closed, if the command line wants them; return what collects them."""
+    arguments = reload.arguments
     if arguments.metrics is None:
         return None
     from endpoints.metrics.server import serve_metrics  # noqa: PLC0415 - imports prometheus_client, of an extra
 
     collector, end = await serve_metrics(arguments.metrics, robots=arguments.metrics_robots)
     stack.push_async_callback(asyncio.to_thread, end)
+    reload.follow(lambda now: setattr(collector, "robots", now.metrics_robots))
     return collector
 
 

@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-from dataclasses import replace
 from typing import ClassVar
 
 from starlette.applications import Starlette
@@ -16,7 +15,7 @@ from starlette.websockets import WebSocket, WebSocketState
 from endpoints.accounts.authentication import authenticate_socket
 from endpoints.audit.requests import AuditedRequests, note_details, note_refusal
 from endpoints.foxglove.viewer import Viewer, ViewerLogin, ViewerRequests
-from endpoints.http.front import front
+from endpoints.http.front import ApplicationFront
 from endpoints.http.front_settings import ANY_ORIGIN, FrontSettings, may_open
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import DirectWebSocket, Probe, close_with, connection_of
@@ -292,7 +291,7 @@ def foxglove_app(services: Services, sessions: SessionRegistry, settings: FrontS
         middleware=[Middleware(AuditedRequests, log=services.audit)],
     )
     # Foxglove's own pages are of other hosts, and send no cookies: the token in the address is the right to connect.
-    return front(app, replace(settings, allowed_origins=(ANY_ORIGIN,)), private="/v1")
+    return ApplicationFront(app, settings, private="/v1", origins=(ANY_ORIGIN,))
 
 
 async def _page(request: Request) -> Response:

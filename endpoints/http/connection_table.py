@@ -83,7 +83,7 @@ class ConnectionTable:
     """
 
     def __init__(self, most: int = MAX_CONNECTIONS, most_of_address: int | None = None) -> None:
-        self._most_of_address = max(1, most // 2) if most_of_address is None else most_of_address
+        self._most_of_address = _limit_of_address(most, most_of_address)
         self._limit = _Limit(most, "--max-connections")
         self._open: dict[Evictable, _Address] = {}
         self._waiting: dict[Evictable, None] = {}
@@ -92,6 +92,13 @@ class ConnectionTable:
     def __len__(self) -> int:
         """Return the number of open connections."""
         return len(self._open)
+
+    def limit(self, most: int, most_of_address: int | None) -> None:
+        """Admit another number of connections from now on; those beyond it stay open."""
+        self._most_of_address = _limit_of_address(most, most_of_address)
+        self._limit = _Limit(most, "--max-connections")
+        for address in self._addresses.values():
+            address.limit = _Limit(self._most_of_address, "--max-connections-per-address")
 
     def admit(self, connection: Evictable, host: str) -> bool:
         """Add a new connection from an address; it waits for its first request.
@@ -144,6 +151,10 @@ class ConnectionTable:
         return True
 
 
+def _limit_of_address(most: int, given: int | None) -> int:
+    return max(1, most // 2) if given is None else given
+
+
 class _Address:
     """Connections of one address."""
 
@@ -175,7 +186,12 @@ def raise_file_limit() -> int:
 
 
 def connection_table(files: int, most: int | None, most_of_address: int | None) -> ConnectionTable:
-    """Return the table of connections for a limit of open files.
+    """Return the table of connections for a limit of open files; see `connection_limits`."""
+    return ConnectionTable(*connection_limits(files, most, most_of_address))
+
+
+def connection_limits(files: int, most: int | None, most_of_address: int | None) -> tuple[int, int | None]:
+    """Return the limits of connections for a limit of open files, in all and for one address.
 
     Parameters
     ----------
@@ -193,4 +209,4 @@ def connection_table(files: int, most: int | None, most_of_address: int | None) 
             "--max-connections %d needs more open files than this process may have, %d: raise ulimit -n", most, files
         )
         most = min(most, possible)
-    return ConnectionTable(most, most_of_address)
+    return most, most_of_address

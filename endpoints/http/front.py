@@ -8,6 +8,7 @@ kept out of caches.
 import re
 import secrets
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 from starlette.datastructures import Headers, MutableHeaders, QueryParams
@@ -173,8 +174,8 @@ PREFLIGHT_SECONDS = 600
 """Time for which browsers keep the answer to the question whether a page may send a request [s]."""
 
 
-def front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
-    """Return an application behind its front.
+class ApplicationFront:
+    """Application behind its front.
 
     Parameters
     ----------
@@ -184,7 +185,29 @@ def front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
         Settings.
     private : str
         Prefix of the paths whose answers no cache may keep.
+    origins : tuple of str, optional
+        Origins that are allowed, whatever the settings say.
     """
+
+    def __init__(
+        self, app: ASGIApp, settings: FrontSettings, private: str, origins: tuple[str, ...] | None = None
+    ) -> None:
+        self._app = app
+        self._private = private
+        self._origins = origins
+        self.change(settings)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or connection."""
+        await self._first(scope, receive, send)
+
+    def change(self, settings: FrontSettings) -> None:
+        """Apply other settings to the requests and connections that come from now on."""
+        origins = settings.allowed_origins if self._origins is None else self._origins
+        self._first = _front(self._app, replace(settings, allowed_origins=origins), self._private)
+
+
+def _front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
     app = Gate(app, settings.allowed_origins, private)
     if settings.allowed_origins:
         app = _allow_origins(app, settings.allowed_origins)

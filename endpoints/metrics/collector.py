@@ -54,6 +54,8 @@ class CloudCollector(Collector):
 
     Attributes
     ----------
+    robots : bool
+        Whether robots are listed by name.
     leadership : Leadership, optional
         Leadership of this process; None until it leads.
     source : SnapshotSource, optional
@@ -62,7 +64,7 @@ class CloudCollector(Collector):
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, robots: bool = False) -> None:
         self._loop = loop
-        self._robots = robots
+        self.robots = robots
         self._faults = OccasionalLog(logger)
         self.leadership: Leadership | None = None
         self.source: SnapshotSource | None = None
@@ -77,7 +79,7 @@ class CloudCollector(Collector):
         yield gauge("ppaas_scrape_complete", "1 if the scrape has the state of the cloud", found is not None)
         if found is not None:
             yield from _metrics(found)
-            if self._robots:
+            if self.robots:
                 yield from _robots_by_name(found.robots)
 
     def _read(self) -> Snapshot | None:

@@ -15,10 +15,13 @@ from endpoints.oidc.settings import OidcSettings
 from endpoints.oidc.tokens import (
     TYPES_OF_ACCESS,
     TYPES_OF_IDS,
+    TYPES_OF_LOGOUT,
     Claims,
     UnknownKey,
     check_access_token,
     check_id_token,
+    check_logout_token,
+    is_session,
     signed_claims,
 )
 from ppaas.clock import Clock, epoch
@@ -49,11 +52,33 @@ class LoginStart:
 
 @dataclass(frozen=True, slots=True)
 class Vouched:
-    """Person for whom the provider vouches, the longest time for which it does [s], and where to log out there."""
+    """Person for whom the provider vouches, the longest time for which it does [s], its session, and its logout."""
 
     person: ProvidedPerson
     lifetime: float
+    session: str = ""
     logout_url: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ProviderLogout:
+    """Logout that the provider reports.
+
+    Parameters
+    ----------
+    issuer : str
+    subject : str, optional
+        Person; None if only the session is known.
+    session : str, optional
+        Session that has ended; None for all of the person.
+    before : float
+        Time until which sessions may have begun that end [s since the epoch].
+    """
+
+    issuer: str
+    subject: str | None
+    session: str | None
+    before: float
 
 
 class OidcLogins:
@@ -148,7 +173,24 @@ class OidcLogins:
         now = self._clock()
         check_access_token(claims, self._settings, now)
         until = min(claims["exp"], now + self._settings.session)  # before the difference: it may be any number
-        return Vouched(person_of(claims, self._settings, is_program=True), max(1.0, until - now))
+        person = person_of(claims, self._settings, is_program=True)
+        return Vouched(person, max(1.0, until - now), _session_of(claims))
+
+    async def logout(self, token: str) -> ProviderLogout:
+        """Return the logout that a token of the provider reports.
+
+        Raises
+        ------
+        NotAuthenticated
+            The token is refused.
+        Unavailable
+            The provider's keys cannot be read.
+        """
+        claims = await self._signed(token, TYPES_OF_LOGOUT)
+        check_logout_token(claims, self._settings, self._clock())
+        # A session that begins after the logout stays, also if the token is sent once more.
+        before = claims["iat"] + self._settings.leeway
+        return ProviderLogout(claims["iss"], claims.get("sub"), claims.get("sid"), before)
 
     async def _person_of(self, answer: Mapping[str, Any], nonce: str | None) -> Vouched:
         token = answer.get("id_token")
@@ -156,7 +198,8 @@ class OidcLogins:
             raise NotAuthenticated("the identity provider does not say who you are: ask for the scope 'openid'")
         claims = await self._signed(token, TYPES_OF_IDS)
         check_id_token(claims, self._settings, self._clock(), nonce)
-        return Vouched(person_of(claims, self._settings), self._settings.session, await self._logout_url(token))
+        person, url = person_of(claims, self._settings), await self._logout_url(token)
+        return Vouched(person, self._settings.session, _session_of(claims), url)
 
     async def _signed(self, token: str, types: frozenset[str]) -> Claims:
         """Return what a token says; with a key that is not known, after a look for new ones."""
@@ -182,3 +225,9 @@ class OidcLogins:
             }
         )
         return f"{endpoint}{'&' if urlsplit(endpoint).query else '?'}{query}"
+
+
+def _session_of(claims: Claims) -> str:
+    """Return the provider's session in a token; empty if it names none."""
+    found = claims.get("sid")
+    return str(found) if is_session(found) else ""

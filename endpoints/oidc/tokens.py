@@ -22,7 +22,11 @@ MAX_SUBJECT = 255
 
 TYPES_OF_IDS = frozenset({"jwt", ""})
 TYPES_OF_ACCESS = frozenset({"jwt", "", "at+jwt", "application/at+jwt"})
-"""Types in the header, in lower case, of tokens that say who somebody is, and of access tokens (RFC 9068)."""
+TYPES_OF_LOGOUT = frozenset({"jwt", "", "logout+jwt", "application/logout+jwt"})
+"""Types in the header, in lower case: of tokens that say who somebody is, access tokens (RFC 9068), and logouts."""
+
+LOGOUT = "http://schemas.openid.net/event/backchannel-logout"
+"""Event of a logout (OpenID Connect Back-Channel Logout 1.0, 2.4)."""
 
 
 class UnknownKey(NotAuthenticated):
@@ -84,19 +88,52 @@ def check_access_token(claims: Claims, settings: OidcSettings, now: float) -> No
     _check(claims, settings, now, settings.audience, ())
 
 
-def _check(claims: Claims, settings: OidcSettings, now: float, audience: str, needed: Collection[str]) -> None:
+def check_logout_token(claims: Claims, settings: OidcSettings, now: float) -> None:
+    """Check a token by which the provider reports a logout (OpenID Connect Back-Channel Logout 1.0, 2.6).
+
+    Raises
+    ------
+    NotAuthenticated
+        It is of another issuer, for another client, expired, of no logout or of nobody, or says who somebody is.
+    """
+    if "nonce" in claims:
+        raise _refusal("it has a nonce: it says who somebody is, and reports no logout")
+    if "sub" not in claims and "sid" not in claims:
+        raise _refusal("it names neither a person (sub) nor a session (sid)")
+    _check(claims, settings, now, settings.client_id, ("iat", "jti", "events"), with_subject="sub" in claims)
+    events = claims["events"]
+    if not isinstance(events, dict) or not isinstance(events.get(LOGOUT), dict):
+        raise _refusal("it is of another event than a logout (events)")
+    for name in ("sid", "jti"):
+        if name in claims and not is_session(claims[name]):
+            raise _refusal(f"its {name} is empty, no text or too long")
+
+
+def is_session(value: object) -> bool:
+    """Return whether a value is the name of a session."""
+    return isinstance(value, str) and 0 < len(value) <= MAX_SUBJECT and value.isprintable()
+
+
+def _check(
+    claims: Claims,
+    settings: OidcSettings,
+    now: float,
+    audience: str,
+    needed: Collection[str],
+    *,
+    with_subject: bool = True,
+) -> None:
     wanted: dict[str, Any] = {
         "iss": {"essential": True, "value": settings.issuer},
         "aud": {"essential": True, "value": audience},
-        "sub": {"essential": True},
         "exp": {"essential": True},
-        **{name: {"essential": True} for name in needed},
+        **{name: {"essential": True} for name in (*needed, *(("sub",) if with_subject else ()))},
     }
     try:
         JWTClaimsRegistry(now=int(now), leeway=math.ceil(settings.leeway), **wanted).validate(dict(claims))
     except JoseError as error:
         raise _refusal(str(error)) from error
-    if len(claims["sub"]) > MAX_SUBJECT or not claims["sub"].isprintable():
+    if with_subject and (len(claims["sub"]) > MAX_SUBJECT or not claims["sub"].isprintable()):
         raise _refusal(f"its sub has more than {MAX_SUBJECT} characters, or some that cannot be printed")
 
 

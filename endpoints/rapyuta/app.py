@@ -15,7 +15,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketState
 
 from endpoints.audit.requests import AuditedRequests
-from endpoints.http.front import front
+from endpoints.http.front import ApplicationFront
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.websocket_protocol import close_with, connection_of
 from endpoints.protocols import ClientProtocol
@@ -187,7 +187,7 @@ def rapyuta_app(services: Services, registry: RobotRegistry, settings: FrontSett
         middleware=[Middleware(AuditedRequests, log=services.audit)],
         exception_handlers={Exception: _fault},
     )
-    return front(app, settings, private="/v1")
+    return ApplicationFront(app, settings, private="/v1")
 
 
 async def _master(request: Request) -> Response:

@@ -183,9 +183,9 @@ class RefusedConnects:
         return None if refused is None else RefusedConnect(refused[1], self._clock() - refused[0])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class Services:
-    """Services of the application, created once."""
+    """Services of the application, created once; only ``keep_versions`` and ``oidc`` change while it runs."""
 
     store: Store
     map_store: MapStore

@@ -54,6 +54,11 @@ class Retention:
         self._last: dict[str, tuple[float, int | None]] = {}
         self._turn = asyncio.Lock()
 
+    def change(self, days: Mapping[str, float], gigabytes: Mapping[str, float]) -> None:
+        """Keep data for other times [days], and up to other sizes [GB], from the next removal on."""
+        self._days = {**DEFAULT_DAYS, **days}
+        self._gigabytes = dict(gigabytes)
+
     def seconds(self, kind: str) -> float:
         """Return for how long a kind of data is kept [s]; infinity if it is kept however old it is."""
         return self._days.get(kind, math.inf) * DAY

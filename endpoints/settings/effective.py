@@ -51,6 +51,8 @@ class SettingsTree:
         Functions that add the options of the commands, by the name of their table.
     path : Path, optional
         File of settings; by default the one that the environment names, or the usual one if it exists.
+    environment : mapping of str to str, optional
+        Environment; by default the one that this process has now.
 
     Raises
     ------
@@ -58,9 +60,14 @@ class SettingsTree:
         The file cannot be read.
     """
 
-    def __init__(self, tables: Mapping[str, Callable[..., None]], path: Path | None = None) -> None:
+    def __init__(
+        self,
+        tables: Mapping[str, Callable[..., None]],
+        path: Path | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self.settings = settings_of(tables)
-        self.variables = own_variables(os.environ)
+        self.variables = own_variables(os.environ if environment is None else environment)
         path = path or _usual_file(self.variables)
         self.file = None if path is None else SettingsFile(path)
 
@@ -89,7 +96,7 @@ class SettingsTree:
             # Imported here: the process of the master does not import pydantic unless it needs it.
             from endpoints.settings.model import read_values  # noqa: PLC0415
 
-            found, faults = read_values(settings, content)
+            found, faults = read_values(settings, content, self.variables)
         found |= {setting: flags[setting.action.dest] for setting in settings if setting.action.dest in flags}
         values = {
             setting: EffectiveValue(setting, found.get(setting, setting.action.default), *self._origin(setting, flags))

@@ -21,6 +21,20 @@ URLS = frozenset({"store", "map_store"})
 HIDDEN = "***"
 """Stands for a password where settings are shown."""
 
+RELOADED: Mapping[str, frozenset[str]] = {
+    "up": frozenset(
+        {
+            *("allow_origin", "idle", "keep_versions", "log_level", "max_connections", "max_connections_per_address"),
+            *("metrics_robots", "quota", "retention", "retention_size", "trusted_proxy"),
+            *("webhook_allow_http", "webhook_allow_private"),
+            *("oidc_algorithm", "oidc_audience", "oidc_client_id", "oidc_client_secret_file", "oidc_cloud_url"),
+            *("oidc_groups_claim", "oidc_issuer", "oidc_leeway", "oidc_name", "oidc_role", "oidc_scope"),
+            *("oidc_session", "oidc_username_claim"),
+        }
+    )
+}
+"""Settings that a running command takes from its file again, by table; the others need a restart."""
+
 _OTHER_VARIABLES = {"data": "PPAAS_DATA_FOLDER"}
 """Variables that are not named as their options: ``PPAAS_DATA`` is the folder of real data for tests and benches."""
 
@@ -64,6 +78,11 @@ class Setting:
     def field(self) -> str:
         """Name of the field in the model, which pydantic-settings joins with the prefix to the variable."""
         return self.variable.removeprefix(PREFIX).lower()
+
+    @property
+    def reloads(self) -> bool:
+        """Whether a running command takes a new value without a restart."""
+        return self.action.dest in RELOADED.get(self.table, ())
 
     @property
     def help(self) -> str:

@@ -118,6 +118,12 @@ class Webhooks:
         self._results, self._lost = Counter[str](), 0
         self._losses, self._waits = OccasionalLog(logger), OccasionalLog(logger)
 
+    def allow(self, rules: TargetRules) -> None:
+        """Post to other targets from the next attempt on."""
+        if rules != self._rules:
+            self._rules = rules
+            self._attempts = None
+
     # -- calls and events ----------------------------------------------------------------------------------------------
 
     async def check_target(self, url: str) -> None:
@@ -255,11 +261,14 @@ class Webhooks:
 
     async def _attempt(self, hook: Webhook, name: str) -> Outcome:
         async with self._turns:
-            if self._attempts is None:
-                self._attempts = await asyncio.to_thread(_attempts_over_network, self._store, self._rules)
-            outcome = await self._attempts.make(hook, name)
+            outcome = await (await self._current_attempts()).make(hook, name)
             self._results[RESULTS[outcome.kind]] += 1
             return outcome
+
+    async def _current_attempts(self) -> Attempts:
+        if self._attempts is None:
+            self._attempts = await asyncio.to_thread(_attempts_over_network, self._store, self._rules)
+        return self._attempts
 
     async def _ended(self, sender: WebhookSender, name: str, outcome: Outcome) -> None:
         if outcome.kind != "done":
@@ -294,10 +303,10 @@ class Webhooks:
             await self._give_up(sender, name)
 
     async def _give_up(self, sender: WebhookSender, name: str) -> None:
-        assert self._attempts is not None, "an attempt was made"
+        attempts = await self._current_attempts()
         with suppress(NotFound):
             record = await asyncio.to_thread(self._store.delivery, *sender.hook.key, name)
-            await self._attempts.give_up(record, GONE_REASON)
+            await attempts.give_up(record, GONE_REASON)
             await self._buried(sender, name)
 
 

@@ -22,6 +22,7 @@ from engine.master.events import (
     ContainerLaunched,
     ContainerLost,
     ContainerReady,
+    DefaultQuotaChanged,
     Event,
     LimitsChanged,
     MachineJoined,
@@ -40,6 +41,7 @@ from engine.master.machine import Software
 from engine.master.master import Master
 from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start, UseMap
 from engine.master.places import PlaceRequest
+from engine.master.quotas import Quota
 from engine.master.report_validation import check_registration
 from engine.processes.background import Background
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED, watch
@@ -266,6 +268,10 @@ class MasterDriver:
     def set_limits(self, user: str, limits: Limits) -> None:
         """Apply a user's own limits, and open the queued places that they allow."""
         self._handle(LimitsChanged(user, limits))
+
+    def set_default_quota(self, quota: Quota) -> None:
+        """Apply another quota of users without own limits, and open the queued places that it allows."""
+        self._handle(DefaultQuotaChanged(quota))
 
     async def close_place(self, key: str, reason: PPaaSError) -> None:
         """Close a place and notify its clients; an idle robot's next session continues from its last checkpoint."""

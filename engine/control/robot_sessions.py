@@ -16,7 +16,7 @@ from engine.container.monitor.parameters import with_priorities
 from engine.control.master_driver import MasterDriver
 from engine.links.place_link import PlaceLink
 from engine.master.places import LINGER, PlaceRequest, robot_key
-from engine.processes.background import repeat
+from engine.processes.background import cancel_all, repeat
 from engine.specs.containers import MapVersion
 from engine.specs.robot_places import check_readable, robot_place, urdf_of
 from ppaas.clock import Clock, monotonic
@@ -276,11 +276,22 @@ class IdleWatch:
         self._idle = idle
         self._clock = clock
         self._known: dict[PlaceLink, tuple[int, float]] = {}
+        self._changed = asyncio.Event()
+
+    def change(self, idle: float) -> None:
+        """Close places after another time [s]; 0 disables the watch."""
+        self._idle = idle
+        self._changed.set()
 
     async def run(self) -> None:
         """Check all places periodically until cancelled."""
-        if self._idle:
-            await repeat(self.check, self._idle / CHECKS)
+        while True:
+            self._changed.clear()
+            checks = [asyncio.create_task(repeat(self.check, self._idle / CHECKS))] if self._idle else []
+            try:
+                await self._changed.wait()
+            finally:
+                await cancel_all(checks)
 
     async def check(self) -> None:
         """Close places that have been idle for too long."""

@@ -170,6 +170,10 @@ class KeptProcess:
         self._keeper: asyncio.Task[None] | None = None
         self._deaths = 0
 
+    def change(self, config: msgspec.Struct | msgspec.Raw) -> None:
+        """Start the next process with other settings."""
+        self._config = config
+
     @property
     def deaths(self) -> int:
         """Number of times in a row that it exited early or could not be started."""

@@ -119,6 +119,14 @@ class ProcessKeeper:
             await kept.start()
         self._watching.run(watch((self._heartbeats, self._kill_frozen)))
 
+    def change(self, settings: Mapping[str, Any]) -> None:
+        """Note settings that the running processes follow, for those that are started after them; the names stay."""
+        self._settings = {name: msgspec.Raw(msgspec.json.encode(one)) for name, one in settings.items()}
+        for name, one in self._settings.items():
+            self._kept[name].change(one)
+        if self._pids:
+            self._record()
+
     def _heartbeats(self) -> dict[str, int]:
         beats = {name: beat.last() for name, beat in self._beats.items()}
         return {name: last for name, last in beats.items() if last is not None}
@@ -135,6 +143,9 @@ class ProcessKeeper:
 
     def _note(self, name: str, pid: int) -> None:
         self._pids[name] = pid
+        self._record()
+
+    def _record(self) -> None:
         records = [
             KeptRecord(process, name, self._settings[name], __version__)
             for name, pid in self._pids.items()

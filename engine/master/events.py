@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from engine.master.machine import UNKNOWN_SOFTWARE, Software
 from engine.master.places import PlaceRequest
+from engine.master.quotas import Quota
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
@@ -60,6 +61,13 @@ class LimitsChanged:
 
     user: str
     limits: Limits
+
+
+@dataclass(frozen=True, slots=True)
+class DefaultQuotaChanged:
+    """Users without own limits have another quota than before."""
+
+    quota: Quota
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +221,9 @@ class RobotTimed:
     round_trip: float
 
 
-UserRequest = PlaceRequested | PlaceReleased | ResizeRequested | MapChanged | LimitsChanged | ShutdownBegan
+UserRequest = (
+    PlaceRequested | PlaceReleased | ResizeRequested | MapChanged | LimitsChanged | DefaultQuotaChanged | ShutdownBegan
+)
 AdministratorRequest = SettingsLoaded | SettingsChanged | RemovalRequested | MachineAdmitted
 MachineReport = MachinesExpected | ReturnTimedOut | MachineJoined | MachineMeasured | MachineLeft
 ContainerReport = ContainerLaunched | ContainerReady | ContainerLost | RobotTimed

@@ -24,6 +24,7 @@ from engine.master.events import (
     ContainerLost,
     ContainerReady,
     ContainerReport,
+    DefaultQuotaChanged,
     Event,
     LimitsChanged,
     MachineAdmitted,
@@ -209,6 +210,8 @@ def handle_user_request(event: UserRequest, state: MasterState) -> list[Order]:
             return follow(event, state)
         case LimitsChanged(user, limits):
             state.quotas.set_limits(user, limits)
+        case DefaultQuotaChanged(quota):
+            state.quotas.set_default(quota)
         case ShutdownBegan():
             state.closing = True
     return []

@@ -79,6 +79,16 @@ class Quotas:
             self._limits[user] = limits
             self._own[user] = self._default.with_own(limits)
 
+    @property
+    def default(self) -> Quota:
+        """Quota of users without own limits."""
+        return self._default
+
+    def set_default(self, quota: Quota) -> None:
+        """Apply another quota of users without own limits."""
+        self._default = quota
+        self._own = {user: quota.with_own(limits) for user, limits in self._limits.items()}
+
     def limits(self, user: str) -> Limits:
         """Return a user's own limits."""
         return self._limits.get(user, NO_LIMITS)

@@ -1,5 +1,6 @@
 """Users and their tokens in Cassandra."""
 
+from contextlib import suppress
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
@@ -8,6 +9,7 @@ from storage.cassandra.sorted_rows import SortedRows
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.records import Token, User
+from storage.sharing_records import ProvidedIdentity
 
 _USER = "SELECT record, generation, epoch, kept_token FROM users WHERE shard = 0 AND id = ?"
 _TOKEN = "SELECT user, epoch, expires, record, WRITETIME(user) AS written FROM tokens WHERE hash = ?"
@@ -15,6 +17,10 @@ _TOKEN = "SELECT user, epoch, expires, record, WRITETIME(user) AS written FROM t
 _NOT_OF_USER = "DELETE FROM tokens_by_user WHERE user = ? AND hash = ?"
 _NOT_EXPIRING = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires = ? AND hash = ?"
 _OF_USER = SortedRows("tokens_by_user", "user = ?", "hash", "hash DESC")
+
+_LIST = "INSERT INTO users_by_identity (issuer, subject, user) VALUES (?, ?, ?)"
+_ALL, _ALL_LISTED = ("-", "-"), "-"
+"""Row that says that the users of before this table are in it: no issuer and no user has such a name."""
 
 
 class CassandraAccounts:
@@ -24,6 +30,7 @@ class CassandraAccounts:
     """
 
     _session: CassandraSession
+    _are_identities_listed = False
 
     # -- users ---------------------------------------------------------------------------------------------------------
 
@@ -31,6 +38,7 @@ class CassandraAccounts:
         """Add a user; ``Conflict`` if the id is taken."""
         check_name("user", user.id)
         insert, data = "UPDATE users SET record = ? WHERE shard = 0 AND id = ? IF record = ?", encode(user)
+        self._list_identity(user)
         while not (row := self._session.row(_USER, user.id)) or not row.record:
             if self._session.write_if(insert, data, user.id, row and row.record):
                 return
@@ -46,12 +54,24 @@ class CassandraAccounts:
         rows = self._session.rows("SELECT id, record FROM users WHERE shard = 0 AND id > ?", after)
         return decode_readable(((row.record, f"users/{row.id}") for row in rows if row.record), User, limit)
 
+    def user_with_identity(self, identity: ProvidedIdentity) -> User:
+        """Return the user of an identity; ``NotFound`` if none has it."""
+        self._index_identities()
+        query = "SELECT user FROM users_by_identity WHERE issuer = ? AND subject = ?"
+        for row in self._session.rows(query, identity.issuer, identity.subject):
+            with suppress(NotFound):
+                user = self.user(row.user)
+                if user.identity == identity:
+                    return user
+        raise NotFound("user of identity", identity.subject)
+
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""
         check_name("user", user.id)
         change = """UPDATE users SET record = ?, epoch = ?, kept_token = ? WHERE shard = 0 AND id = ?
                     IF record = ? AND epoch = ?"""
         data = encode(user)
+        self._list_identity(user)
         while True:
             row = self._known_user(user.id)
             epoch, kept = row.epoch, row.kept_token or ""
@@ -60,6 +80,7 @@ class CassandraAccounts:
                 epoch, kept = (epoch or 0) + 1, self._token_to_keep(user.id, keep_token)
             if self._session.write_if(change, data, epoch, kept, user.id, row.record, row.epoch):
                 break
+        self._unlist_identity(user.id, row.record)
         if renewed:
             self._sweep_tokens(user.id)
 
@@ -131,7 +152,36 @@ class CassandraAccounts:
             row = self._known_user(user_id)
             after = (row.generation or 0) + 1, (row.epoch or 0) + 1
             if self._session.write_if(remove, *after, user_id, row.record, row.generation, row.epoch):
+                self._unlist_identity(user_id, row.record)
                 return row.generation or 0
+
+    def _list_identity(self, user: User) -> None:
+        if user.identity is not None:
+            self._session.write(_LIST, user.identity.issuer, user.identity.subject, user.id)
+
+    def _unlist_identity(self, user_id: str, before: bytes) -> None:
+        """List a user no more by the identity of an earlier record, unless it is the one of the record now."""
+        earlier = _identity_in(before, user_id)
+        if earlier is None or self._identity_now(user_id) == earlier:
+            return
+        remove = "DELETE FROM users_by_identity WHERE issuer = ? AND subject = ? AND user = ?"
+        self._session.write(remove, earlier.issuer, earlier.subject, user_id)
+        if self._identity_now(user_id) == earlier:  # another client has bound it again meanwhile
+            self._session.write(_LIST, earlier.issuer, earlier.subject, user_id)
+
+    def _identity_now(self, user_id: str) -> ProvidedIdentity | None:
+        row = self._session.row(_USER, user_id)
+        return None if row is None or not row.record else _identity_in(row.record, user_id)
+
+    def _index_identities(self) -> None:
+        """List all users by their identities, unless that was done: the table may be newer than they are."""
+        if self._are_identities_listed:
+            return
+        if self._session.row("SELECT user FROM users_by_identity WHERE issuer = ? AND subject = ?", *_ALL) is None:
+            for user in self.users():
+                self._list_identity(user)
+            self._session.write(_LIST, *_ALL, _ALL_LISTED)
+        self._are_identities_listed = True
 
     def _sweep_tokens(self, user_id: str) -> None:
         """Remove the tokens of a user from earlier epochs, except the one that was kept."""
@@ -171,6 +221,12 @@ class CassandraAccounts:
             _OF_USER.deletion(self._session, (row.user,), token_hash, row.written),
             (_NOT_EXPIRING, (row.expires, token_hash)),
         ]
+
+
+def _identity_in(record: bytes, user_id: str) -> ProvidedIdentity | None:
+    """Return the identity in a record of a user; None if it has none or is damaged, which is logged."""
+    found = decode_readable([(record, f"users/{user_id}")], User)
+    return found[0].identity if found else None
 
 
 def _is_valid(token_hash: str, token: Any, user: Any) -> bool:

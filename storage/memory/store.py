@@ -14,7 +14,7 @@ from storage.memory.webhooks import MemoryWebhooks
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, Lease, RobotRecord, Token, User, check_lease
 from storage.robot_shares import RobotShares
-from storage.sharing_records import check_grantee
+from storage.sharing_records import ProvidedIdentity, check_grantee
 
 
 class MemoryLeases:
@@ -132,6 +132,14 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryW
         """Return users, sorted by id."""
         with self._lock:
             return [self._users[key] for key in sorted(self._users) if key > after][:limit]
+
+    def user_with_identity(self, identity: ProvidedIdentity) -> User:
+        """Return the user of an identity; ``NotFound`` if none has it."""
+        with self._lock:
+            known = [user for user in self._users.values() if user.identity == identity]
+        if not known:
+            raise NotFound("user of identity", identity.subject)
+        return min(known, key=lambda user: user.id)
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""

@@ -94,6 +94,19 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
         """CREATE TABLE IF NOT EXISTS webhook_deliveries (user TEXT NOT NULL, hook TEXT NOT NULL, id TEXT NOT NULL,
            record BLOB NOT NULL, PRIMARY KEY (user, hook, id)) STRICT""",
     ),
+    (
+        """CREATE TABLE IF NOT EXISTS identities (issuer TEXT NOT NULL, subject TEXT NOT NULL,
+           user TEXT NOT NULL REFERENCES users ON DELETE CASCADE, PRIMARY KEY (issuer, subject, user))
+           STRICT, WITHOUT ROWID""",
+        "CREATE INDEX IF NOT EXISTS identities_by_user ON identities (user)",
+        """CREATE TABLE IF NOT EXISTS unindexed_users (user TEXT PRIMARY KEY REFERENCES users ON DELETE CASCADE)
+           STRICT, WITHOUT ROWID""",
+        "INSERT OR IGNORE INTO unindexed_users SELECT id FROM users",
+        """CREATE TRIGGER IF NOT EXISTS users_added AFTER INSERT ON users
+           BEGIN INSERT OR IGNORE INTO unindexed_users VALUES (new.id); END""",
+        """CREATE TRIGGER IF NOT EXISTS users_changed AFTER UPDATE OF record ON users
+           BEGIN INSERT OR IGNORE INTO unindexed_users VALUES (new.id); END""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

@@ -23,6 +23,7 @@ from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
+from storage.sqlite.identities import SqliteIdentities
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 from storage.sqlite.tasks import SqliteTasks
@@ -97,7 +98,16 @@ _ROBOT = "'robots/' || robots.user || '/' || id"
 _NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
 
-class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteWebhooks, SqliteLeases, RobotShares):
+class SqliteStore(
+    SqliteIdentities,
+    SqlitePlans,
+    SqliteHistory,
+    SqlitePeople,
+    SqliteTasks,
+    SqliteWebhooks,
+    SqliteLeases,
+    RobotShares,
+):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -117,6 +127,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteW
 
     def __init__(self, path: Path, granularity: int = GRANULARITY, busy_timeout: float = 5.0) -> None:
         self._connections = SqliteConnections(path, busy_timeout)
+        SqliteIdentities.__init__(self, self._connections)
         SqlitePlans.__init__(self, self._connections, granularity)
         SqliteHistory.__init__(self, self._connections)
         SqlitePeople.__init__(self, self._connections)

@@ -9,7 +9,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.ports import Store
 from storage.records import LONGEST_HOLDER, CloneLogChange, Lease, Limits, RobotRecord
-from storage.sharing_records import Share, TokenScope
+from storage.sharing_records import ProvidedIdentity, Share, TokenScope
 from tests.support.storage.records import NOT_NAMES, clone, plan, robot, token, user
 
 
@@ -74,6 +74,40 @@ def test_removing_a_user_removes_only_the_own_records(store: Store) -> None:
     assert store.token("b" * 64).user == "bob"
     assert (store.robots("ann"), store.robots("bob")) == ([], [robot("tb1", user="bob")])
     assert store.clone("bob", "tb1") == clone("tb1", user="bob")
+
+
+LAB, OTHER = "https://login.example/realms/lab", "https://login.example/realms/other"
+
+
+def test_a_user_is_found_by_the_identity(store: Store) -> None:
+    ann, strange = ProvidedIdentity(LAB, "id of ann"), ProvidedIdentity(LAB, "日本/'\"%;?")
+    for name, identity in (("ann", ann), ("bob", None), ("carl", strange), ("dora", ProvidedIdentity(OTHER, "7"))):
+        store.add_user(user(name, identity=identity))
+    assert store.user_with_identity(ann) == user("ann", identity=ann)
+    assert store.user_with_identity(strange).id == "carl"
+    for unknown in (ProvidedIdentity(OTHER, "id of ann"), ProvidedIdentity(LAB, "7"), ProvidedIdentity(LAB, "")):
+        with pytest.raises(NotFound, match="identity"):
+            store.user_with_identity(unknown)
+
+
+def test_an_identity_that_was_bound_to_another_user_or_to_none_is_found_there(store: Store) -> None:
+    before, now = ProvidedIdentity(LAB, "before"), ProvidedIdentity(LAB, "now")
+    store.add_user(user("bob", identity=before))
+    assert store.user_with_identity(before).id == "bob"
+    store.change_user(user("bob", identity=now))
+    assert store.user_with_identity(now).id == "bob"
+    with pytest.raises(NotFound):
+        store.user_with_identity(before)
+    store.add_user(user("ann", identity=now))
+    assert store.user_with_identity(now).id == "ann", "the first by id, if several have it"
+    store.remove_user("ann")
+    assert store.user_with_identity(now).id == "bob"
+    store.change_user(user("bob"))
+    with pytest.raises(NotFound):
+        store.user_with_identity(now)
+    store.add_user(user("ann"))
+    with pytest.raises(NotFound):
+        store.user_with_identity(now)
 
 
 def test_a_token_needs_its_user(store: Store) -> None:

@@ -19,7 +19,7 @@ from storage.memory.store import MemoryStore
 from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore
 from storage.records import MapRecord, MapTask, MapVersionRecord, Publication
-from storage.sharing_records import Share
+from storage.sharing_records import ProvidedIdentity, Share
 from storage.sqlite.store import SqliteStore
 from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.reference.plans.map_store import PlainMaps
@@ -28,6 +28,8 @@ from tests.support.storage.records import GivenMap, clone, found_map, house, pgm
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
 grantees = names | names.map("group:{}".format)
+IDENTITY = ProvidedIdentity("https://login.example", "ann")
+identities = st.sampled_from([None, IDENTITY, ProvidedIdentity("https://login.example", "bob")])
 hashes = st.sampled_from(["a" * 64, "b" * 64])
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 hours = st.integers(-1, 3).map(lambda number: HOUR * number)
@@ -65,9 +67,9 @@ class StoresAgree(RuleBasedStateMachine):
             store.close()
         self.folder.cleanup()
 
-    @rule(name=names, role=st.sampled_from(["admin", "user"]))
-    def add_user(self, name: str, role: str) -> None:
-        self.same(lambda store: store.add_user(user(name, role=role)))
+    @rule(name=names, role=st.sampled_from(["admin", "user"]), identity=identities)
+    def add_user(self, name: str, role: str, identity: ProvidedIdentity | None) -> None:
+        self.same(lambda store: store.add_user(user(name, role=role, identity=identity)))
 
     @rule(name=names)
     def remove_user(self, name: str) -> None:
@@ -115,9 +117,9 @@ class StoresAgree(RuleBasedStateMachine):
     def remove_clone(self, name: str, owner: str) -> None:
         self.same(lambda store: store.remove_clone(owner, name))
 
-    @rule(name=names, role=st.sampled_from(["admin", "user"]), password=hashes, keep=st.none() | hashes)
-    def change_user(self, name: str, role: str, password: str, keep: str | None) -> None:
-        changed = user(name, role=role, password_hash=password)
+    @rule(name=names, identity=identities, password=hashes, keep=st.none() | hashes)
+    def change_user(self, name: str, identity: ProvidedIdentity | None, password: str, keep: str | None) -> None:
+        changed = user(name, identity=identity, password_hash=password)
         self.same(lambda store: store.change_user(changed, keep_token=keep))
 
     @rule(digest=hashes)
@@ -210,6 +212,7 @@ class StoresAgree(RuleBasedStateMachine):
     def look(self, name: str, owner: str, digest: str, limit: int | None, before: tuple[float, str] | None) -> None:
         self.same(lambda store: store.users())
         self.same(lambda store: store.user(name))
+        self.same(lambda store: store.user_with_identity(IDENTITY))
         self.same(lambda store: store.token(digest))
         self.same(lambda store: store.robots(owner, after=name, limit=limit))
         self.same(lambda store: store.users(after=name, limit=limit))

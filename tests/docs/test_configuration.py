@@ -1,6 +1,7 @@
 """The file and the commands of configuration.md work."""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -9,7 +10,7 @@ from pathlib import Path
 from endpoints.cli.settings_tree import TABLES
 from endpoints.settings.effective import SettingsTree
 from endpoints.settings.setting import settings_of
-from tests.support.documents import blocks, script, text_of
+from tests.support.documents import blocks, script, table, text_of
 
 PAGE = "docs/configuration.md"
 
@@ -31,7 +32,15 @@ def test_the_commands_check_show_and_explain(tmp_path: Path) -> None:
     sources = {line.split()[0]: line.split() for line in ended.stdout.splitlines() if line.startswith("up.")}
     assert sources["up.port"] == ["up.port", "8700", "PPAAS_PORT"]
     assert sources["up.linger"] == ["up.linger", "60.0", "ppaas.toml:3"]
-    assert "variable  PPAAS_LINGER" in ended.stdout
+    assert "variable  PPAAS_RETENTION" in ended.stdout and "reload    true" in ended.stdout
+
+
+def test_the_table_lists_all_settings_that_are_reloaded() -> None:
+    cells = [cell for _, cell in table(PAGE, "what", "settings of `[up]` that it applies")]
+    listed = {name for cell in cells for name in re.findall(r"`([a-z-]+)`", f"`{cell.strip('`')}`")}
+    known = {setting.name for setting in settings_of(TABLES) if setting.reloads}
+    assert listed == {name for name in known if not name.startswith("oidc-")}
+    assert any("all `oidc-…`" in cell for cell in cells)
 
 
 def test_the_variable_of_the_data_folder_is_the_one_of_the_code() -> None:

@@ -139,6 +139,7 @@ def documented() -> dict[str, dict[str, bool]]:
 
 LOGINS = (
     "log_in", "begin_login", "log_in_by_code", "begin_device_login", "log_in_by_device", "log_in_by_access_token",
+    "end_provider_sessions",
 )  # fmt: skip
 RIGHTS = documented()
 ON_ROBOTS = [operation for operation in OPERATIONS if "{robot_id}" in operation.path]

@@ -66,16 +66,27 @@ class KeycloakServer:
 
     def rotate_keys(self) -> None:
         """Sign with a new key from now on."""
-        master = f"http://127.0.0.1:{self.port}/realms/master"
-        token = self._token(master, grant_type="password", client_id="admin-cli", username=ADMIN, password=PASSWORD)
         key = {
             "name": "newer", "providerId": "rsa-generated", "providerType": "org.keycloak.keys.KeyProvider",
             "config": {"priority": ["200"], "algorithm": ["RS256"], "keySize": ["2048"]},
         }  # fmt: skip
-        httpx.post(
-            f"http://127.0.0.1:{self.port}/admin/realms/lab/components",
-            json=key, headers={"Authorization": f"Bearer {token}"}, timeout=30.0,
-        ).raise_for_status()  # fmt: skip
+        with self._administration() as realm:
+            realm.post("/components", json=key).raise_for_status()
+
+    def log_out(self, user: str) -> None:
+        """End the sessions of a person, as an administrator of the provider does."""
+        with self._administration() as realm:
+            [found] = realm.get("/users", params={"username": user, "exact": True}).json()
+            realm.post(f"/users/{found['id']}/logout").raise_for_status()
+
+    def _administration(self) -> httpx.Client:
+        """Return a client of the realm for administrators."""
+        host = f"http://127.0.0.1:{self.port}"
+        token = self._token(
+            f"{host}/realms/master", grant_type="password", client_id="admin-cli", username=ADMIN, password=PASSWORD
+        )
+        header = {"Authorization": f"Bearer {token}"}
+        return httpx.Client(base_url=f"{host}/admin/realms/lab", headers=header, timeout=30.0)
 
     def _token(self, issuer: str, **form: str) -> str:
         answer = httpx.post(f"{issuer}/protocol/openid-connect/token", data=form, timeout=30.0).raise_for_status()

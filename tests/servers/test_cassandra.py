@@ -22,6 +22,7 @@ from storage.memory.store import MemoryStore
 from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanRecord
+from storage.sharing_records import ProvidedIdentity
 from tests.contracts.test_plans_in_any_order import PlansInAnyOrder
 from tests.contracts.test_stores_agree import StoresAgree
 from tests.servers.cassandra_server import CassandraServer
@@ -65,6 +66,17 @@ class CassandraAgrees(StoresAgree):
 
 TestCassandraAgrees = CassandraAgrees.TestCase
 TestCassandraAgrees.settings = settings(max_examples=examples(8), stateful_step_count=30)
+
+
+def test_users_from_before_the_index_of_identities_are_found(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    identity = ProvidedIdentity("https://login.example", "id of ann")
+    one.add_user(user("ann", identity=identity))
+    one.add_user(user("bob"))
+    one._session.write("TRUNCATE users_by_identity")
+    assert other.user_with_identity(identity).id == "ann"
+    one._session.write("DELETE FROM users_by_identity WHERE issuer = '-' AND subject = '-'")
+    assert other.user_with_identity(identity).id == "ann", "they are not read again"
 
 
 class CassandraInAnyOrder(PlansInAnyOrder):

@@ -5,18 +5,18 @@ import os
 import re
 import sys
 from collections.abc import AsyncIterator, Iterator
-from pathlib import Path
 
 import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
-from ppaas.errors import Conflict, NotPermitted
+from ppaas.errors import Conflict, NotAuthenticated, NotPermitted
 from robots import cli
 from robots.client.rest import RestClient
 from tests.servers.keycloak_server import KeycloakServer
 from tests.support.cloud.browser import DESK, browsing, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, running_cloud
+from tests.support.waiting import patience
 
 pytestmark = [pytest.mark.servers, pytest.mark.asyncio(loop_scope="module")]
 
@@ -107,7 +107,17 @@ async def test_the_cloud_follows_new_keys(cloud: RunningCloud, keycloak_server: 
     assert (await client.post("/v1/oidc/access-tokens", old))["user"] == "service-account-fleet"
 
 
-async def test_a_command_logs_in_by_a_code(cloud: RunningCloud, browser: Browser, tmp_path: Path) -> None:
+async def is_taken(cloud: RunningCloud, token: str) -> bool:
+    try:
+        await RestClient(cloud.url, token).get("/v1/users/me")
+    except NotAuthenticated:
+        return False
+    return True
+
+
+async def test_a_command_logs_in_by_a_code_until_the_provider_reports_a_logout(
+    cloud: RunningCloud, keycloak_server: KeycloakServer, browser: Browser
+) -> None:
     command = [sys.executable, "-m", cli.__name__, "login", "--oidc", "--url", cloud.url]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PPAAS_")}
     process = await asyncio.create_subprocess_exec(
@@ -126,6 +136,12 @@ async def test_a_command_logs_in_by_a_code(cloud: RunningCloud, browser: Browser
     assert await process.wait() == 0
     me = await RestClient(cloud.url, token).get("/v1/users/me")
     assert (me["id"], me["role"]) == ("bob", "user")
+    await asyncio.to_thread(keycloak_server.log_out, "bob")
+    async with patience(20.0):
+        while await is_taken(cloud, token):
+            await asyncio.sleep(0.1)
+    [event] = await (await cloud.admin()).items("/v1/audit", action="end_provider_sessions")
+    assert (event["outcome"], event["details"]["session"], event["details"]["tokens"]) == ("ok", True, {"bob": 1})
     log = cloud.log.read_text()
     assert "eyJ" not in log and token not in log and "secret of ppaas" not in log
     await context.close()

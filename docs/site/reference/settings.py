@@ -9,6 +9,7 @@ from endpoints.settings.setting import Setting, settings_of
 INTRODUCTION = """
 All settings of `ppaas up` (table `[up]` of a file) and of `ppaas machine join` (table `[machine]`).
 [Configuration](../configuration.md) describes files and variables. `ppaas config explain KEY` prints the same.
+`ppaas config reload` applies new values of those with `yes` in the column `reload`; the others need a restart.
 """
 
 COMMANDS = {"up": "ppaas up", "machine": "ppaas machine join"}
@@ -31,5 +32,12 @@ def page() -> str:
 
 
 def _section(name: str, settings: list[Setting]) -> tuple[str, str]:
-    rows = [(code(each.name), each.type_name, code(each.flag), code(each.variable), each.help) for each in settings]
-    return f"## `[{name}]`: `{COMMANDS[name]}`", table(("key", "type", "option", "variable", "meaning (default)"), rows)
+    columns = ("key", "type", "option", "variable", "reload", "meaning (default)")
+    rows = [
+        (
+            code(each.name), each.type_name, code(each.flag), code(each.variable), "yes" if each.reloads else "",
+            each.help,
+        )
+        for each in settings
+    ]  # fmt: skip
+    return f"## `[{name}]`: `{COMMANDS[name]}`", table(columns, rows)

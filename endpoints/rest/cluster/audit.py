@@ -29,7 +29,7 @@ class AuditAnswer(ResponseBody):
     action: str = Field(
         description="Id of the operation, as `remove_map`; or `connect`, `disconnect`, `start_cloud`, `stop_cloud`, "
         "`make_ticket`, `hand_over`, `propose_change` by a robot that maps for life, `lose_events`, "
-        "`disable_webhook` by a target that is gone, `expire_data`",
+        "`disable_webhook` by a target that is gone, `expire_data`, `reload_settings`",
         examples=["remove_map"],
     )
     object: str | None = Field(description="Object of the action", examples=["maps/office"])

@@ -4,10 +4,11 @@ Each answers with an ordinary token of the cloud, so that nothing else has to kn
 """
 
 from collections.abc import Awaitable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import parse_qs
 
 import msgspec
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, HTTPException, Query, Request, Response
 from starlette.responses import JSONResponse
 
 from endpoints.accounts.authentication import note_caller
@@ -16,8 +17,9 @@ from endpoints.resources import removal
 from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Provided
 from endpoints.rest.openapi import BODY, problems
-from endpoints.rest.strict_json import StrictRoute
+from endpoints.rest.strict_json import StrictRoute, media_type_of
 from endpoints.rest.users.oidc_schemas import (
+    MAX_JWT,
     AccessToken,
     CodeLogin,
     DeviceCodeAnswer,
@@ -28,7 +30,7 @@ from endpoints.rest.users.oidc_schemas import (
     ProviderAnswer,
 )
 from endpoints.rest.users.tokens import UNKNOWN
-from ppaas.errors import NotFound
+from ppaas.errors import InvalidInput, MalformedMessage, NotAuthenticated, NotFound
 
 if TYPE_CHECKING:
     from endpoints.oidc.logins import OidcLogins, Vouched
@@ -37,8 +39,27 @@ router = APIRouter(prefix="/oidc", tags=["tokens"], route_class=StrictRoute)
 
 _LOGIN = problems(401, 403, 404, 409) | BODY
 
-PATHS = tuple(f"{router.prefix}/{name}" for name in ("logins", "codes", "devices", "device-tokens", "access-tokens"))
-"""Paths of logins."""
+PATHS = tuple(
+    f"{router.prefix}/{name}" for name in ("logins", "codes", "devices", "device-tokens", "access-tokens", "logouts")
+)
+"""Paths of logins and logouts."""
+
+MOST_FIELDS = 16
+"""Largest number of fields of a form."""
+
+FORM = "application/x-www-form-urlencoded"
+_LOGOUT_TOKEN: dict[str, Any] = {
+    "required": True,
+    "content": {
+        FORM: {
+            "schema": {
+                "type": "object",
+                "required": ["logout_token"],
+                "properties": {"logout_token": {"type": "string", "maxLength": MAX_JWT}},
+            }
+        }
+    },
+}
 
 
 @router.get("", response_model=ProviderAnswer)
@@ -101,6 +122,39 @@ async def log_in_by_access_token(
     return await _log_in(_provider(services).by_access_token(given.access_token), services, request)
 
 
+@router.post(
+    "/logouts",
+    status_code=200,
+    response_class=Response,
+    responses={200: {"description": "The sessions have ended"}} | problems(404) | BODY,
+    openapi_extra={"requestBody": _LOGOUT_TOKEN},
+)
+async def end_provider_sessions(services: Provided, request: Request) -> Response:
+    """End the sessions of which the identity provider reports the logout (OpenID Connect Back-Channel Logout 1.0)."""
+    provider = _provider(services)
+    try:
+        found = await provider.logout(await _logout_token(request))
+    except NotAuthenticated as error:
+        raise InvalidInput(str(error)) from error  # 400, as the specification wants it
+    note_details(request.scope, subject=found.subject, session=found.session is not None)
+    ended = await services.accounts.identities.sign_out(found.issuer, found.subject, found.session, before=found.before)
+    note_details(request.scope, tokens=ended)
+    return Response(status_code=200, headers={"Cache-Control": "no-store"})
+
+
+async def _logout_token(request: Request) -> str:
+    if media_type_of(request) != FORM:
+        raise HTTPException(415, f"send a form with the header 'Content-Type: {FORM}'")
+    try:
+        form = parse_qs((await request.body()).decode("ascii"), max_num_fields=MOST_FIELDS)
+    except ValueError as error:  # also of characters beyond ASCII
+        raise MalformedMessage(f"the body is no form: {error}") from error
+    given = form.get("logout_token", [])
+    if len(given) != 1:
+        raise InvalidInput("the form must have one logout_token")
+    return given[0]
+
+
 def _provider(services: Services) -> "OidcLogins":
     if services.oidc is None:
         raise NotFound("login", "oidc", advice="this cloud has no identity provider (ppaas up --oidc-issuer)")
@@ -123,7 +177,7 @@ async def _log_in(vouching: "Awaitable[Vouched]", services: Services, request: R
         user = await identities.create(person.identity, person.name, person.role)
         note_details(request.scope, created=True)
     note_object(request.scope, f"users/{user.id}")
-    token = await identities.sign_in(user, person.role, vouched.lifetime)
+    token = await identities.sign_in(user, person.role, vouched.lifetime, vouched.session)
     note_caller(request.scope, user.id, token.id)
     return ProvidedToken(
         id=token.id, token=token.token, expires=token.expires, user=user.id, logout_url=vouched.logout_url

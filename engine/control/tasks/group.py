@@ -79,7 +79,7 @@ class TaskGroup:
     changed : callable
         Called with each task whose state has changed.
     kept_for : float
-        Time for which a task is kept after its end [s].
+        Time for which a task is kept after its end [s]; it may be changed.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class TaskGroup:
         self._store = store
         self._robots = robots
         self._report = partial(changed, *group)
-        self._kept_for = kept_for
+        self.kept_for = kept_for
         self._dispatcher: Dispatcher | None = None
         self._records: dict[str, MapTask] = {}
         self._read_at = self._decided_at = self._busy_at = float("-inf")
@@ -156,7 +156,7 @@ class TaskGroup:
         self.changed = False
         stored = await asyncio.to_thread(self._store.tasks, *self.group)
         self._read_at = now
-        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now, self._kept_for))
+        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now, self.kept_for))
         self._report_ended(stored)
         self._records = {record.task.id: record for record in stored if record.task.is_open}
         dispatcher = self._dispatcher = known or Dispatcher([], now)

@@ -141,10 +141,17 @@ class TaskRunner:
         self._news = news
         self._costs = costs
         self._clock = clock
-        self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed, kept_for=kept_for)
+        self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed)
+        self._kept_for = kept_for
         self._groups: dict[Group, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
         self._searched_at = float("-inf")
+
+    def keep_for(self, seconds: float) -> None:
+        """Keep tasks for another time after their end [s]."""
+        self._kept_for = seconds
+        for group in self._groups.values():
+            group.kept_for = seconds
 
     async def run(self) -> None:
         """Lead tasks until cancelled."""
@@ -169,7 +176,7 @@ class TaskRunner:
             self._robots.forget_closed()
         while self._news.groups:
             group = self._news.groups.pop()
-            self._groups.setdefault(group, self._lead_group(group)).changed = True
+            self._groups.setdefault(group, self._lead_group(group, kept_for=self._kept_for)).changed = True
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
         if not self._groups:
             self._robots.follow_only(set())

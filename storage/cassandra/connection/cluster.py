@@ -30,7 +30,7 @@ logger = logging.getLogger(__name__)
 # increases the epoch, in one conditional write. Rows of old numbers are deleted afterwards.
 #
 # The rows of ``robots_by_grantee`` are written before the record of a robot that is shared, and removed after it, so
-# they may name a robot that is not shared any more.
+# they may name a robot that is not shared any more; the same holds for ``users_by_identity`` and records of users.
 #
 # Deleted rows stay as tombstones for a while, and a query that meets too many of them fails. So what comes and goes
 # is removed by ranges or by partitions (``storage.cassandra.sorted_rows``), or is in one of the ``LISTS``, whose
@@ -49,6 +49,7 @@ _TABLES = {
     "schema_version": "id tinyint PRIMARY KEY, version int",
     "users": """shard tinyint, id text, record blob, generation int, epoch int, kept_token text,
                 PRIMARY KEY (shard, id)""",
+    "users_by_identity": "issuer text, subject text, user text, PRIMARY KEY ((issuer, subject), user)",
     "tokens": "hash text PRIMARY KEY, user text, epoch int, expires double, record blob",
     "tokens_by_user": "user text, hash text, PRIMARY KEY (user, hash)",
     "tokens_by_expiry": "shard tinyint, expires double, hash text, PRIMARY KEY (shard, expires, hash)",
@@ -85,7 +86,7 @@ _TABLES = {
 }
 
 LISTS = (
-    *("tokens_by_user", "tokens_by_expiry", "robots_by_grantee"),
+    *("users_by_identity", "tokens_by_user", "tokens_by_expiry", "robots_by_grantee"),
     *("plans_by_map", "plans_at_spots", "plan_fronts", "plans_by_square"),
 )
 """Tables whose rows name something that is stored elsewhere. A row that comes back is skipped, or swept, since what it

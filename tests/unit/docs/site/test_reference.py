@@ -52,7 +52,9 @@ def test_options_have_their_values_and_defaults() -> None:
 
 def test_each_setting_and_each_other_variable_has_a_row() -> None:
     text = settings.page()
-    rows = re.findall(r"^\| `([a-z-]+)` \| [a-z ,]+ \| `--([a-z-]+)` \| `PPAAS_[A-Z_]+` \| \S", text, re.MULTILINE)
+    rows = re.findall(
+        r"^\| `([a-z-]+)` \| [a-z ,]+ \| `--([a-z-]+)` \| `PPAAS_[A-Z_]+` \| (?:yes)? \| \S", text, re.MULTILINE
+    )
     assert [name for name, _ in rows] == [flag for _, flag in rows] == [each.name for each in settings_of(TABLES)]
     assert re.findall(r"^\| `(PPAAS_[A-Z_]+)` \|", text, re.MULTILINE) == list(OTHERS)
 

@@ -90,6 +90,7 @@ def test_a_setting_is_explained(key: str, capsys: pytest.CaptureFixture[str]) ->
             "default": None,
             "option": "--listen-machines",
             "variable": "PPAAS_LISTEN_MACHINES",
+            "reload": False,
         }
     ]
 
@@ -98,6 +99,11 @@ def test_a_setting_of_both_commands_is_explained_for_both(capsys: pytest.Capture
     text = printed(capsys, "explain", "port")
     assert "key       up.port\n" in text and "key       machine.port\n" in text
     assert text.count("variable  PPAAS_PORT\n") == 2
+
+
+def test_whether_a_setting_can_be_reloaded_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    facts = {each["key"]: each["reload"] for each in json.loads(printed(capsys, "explain", "--json", "log-level"))}
+    assert facts == {"up.log-level": True, "machine.log-level": False}
 
 
 def test_an_unknown_setting_is_answered_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,6 @@
 """Errors of ``ppaas up``; that it starts is tested in ``tests/e2e``."""
 
+import os
 import re
 import socket
 from pathlib import Path
@@ -12,6 +13,7 @@ from endpoints.cloud_processes import server
 from endpoints.cloud_processes.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
 from ppaas import distribution
+from ppaas.log_lines import VARIABLE
 from robots.cli.command_parser import CommandParser
 from robots.cli.main import main
 
@@ -124,3 +126,21 @@ def test_metrics_without_their_package_name_the_extra(
     monkeypatch.setattr(server, "find_spec", lambda _: None)
     assert main(["up", "--data", str(tmp_path), "--port", "0", "--metrics", "0"]) == 1
     assert "--metrics needs the extra metrics: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "variable", "in_file", "taken"),
+    [
+        ([], "", "text", "text"), ([], "", "json", "json"), ([], "json", "text", "json"),
+        (["--log-format", "text"], "json", "json", "text"), (["--log-format", "json"], "text", "text", "json"),
+    ],
+)  # fmt: skip
+def test_the_format_of_the_log_is_a_setting_as_any_other(
+    words: list[str], variable: str, in_file: str, taken: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ppaas.toml").write_text(f"[up]\nlog-format = '{in_file}'\n")
+    monkeypatch.setenv(VARIABLE, variable)
+    seen: list[str] = []
+    monkeypatch.setattr(server, "run_server", lambda _: seen.append(os.environ[VARIABLE]))
+    main(["up", "--config", str(tmp_path / "ppaas.toml"), *words])
+    assert seen == [taken]

@@ -211,3 +211,16 @@ def test_connections_are_limited_by_open_files_and_by_the_administrator(caplog: 
         assert admitted_by(256, 500) == 96
         assert "raise ulimit -n" in caplog.text
     assert admitted_by(256, None, "10.1.1.1") == 48
+
+
+def test_other_limits_hold_for_new_connections() -> None:
+    table = ConnectionTable(4, 4)
+    for connection in admitted(table, "a", 3):
+        table.serve(connection)
+    table.limit(3, 2)
+    assert not table.admit(Connection(), "a") and not table.admit(Connection(), "b")
+    assert len(table) == 3, "those that are open stay"
+    table.limit(8, None)
+    table.serve(*admitted(table, "a", 1))
+    assert not table.admit(Connection(), "a"), "half of all are for one address"
+    assert table.admit(Connection(), "b")

@@ -185,6 +185,26 @@ async def test_every_origin_may_be_allowed(services: Services) -> None:
         assert answer.headers["access-control-allow-origin"] == "*"
 
 
+async def test_other_settings_hold_from_the_next_request_on(services: Services) -> None:
+    app = create_app(services, FrontSettings(root_path="/ppaas", allowed_origins=(PAGE,)))
+    async with serve(app) as port, httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+
+        async def origin_allowed() -> str | None:
+            answer = await client.get("/ppaas/v1/health", headers={"Origin": PAGE})
+            assert answer.status_code == 200
+            return answer.headers.get("access-control-allow-origin")
+
+        async def address_seen() -> str:
+            seen = await client.get("/", headers=BROWSER | {"X-Forwarded-Prefix": "/other"})
+            return str(seen.headers["location"])
+
+        assert (await origin_allowed(), await address_seen()) == (PAGE, "/ppaas/dashboard/")
+        app.front.change(FrontSettings(root_path="/ppaas", trusted_proxies=("127.0.0.1",)))
+        assert (await origin_allowed(), await address_seen()) == (None, "/other/dashboard/")
+        app.front.change(FrontSettings(root_path="/ppaas", allowed_origins=("*",)))
+        assert (await origin_allowed(), await address_seen()) == ("*", "/ppaas/dashboard/")
+
+
 # -- caches and compression --------------------------------------------------------------------------------------------
 
 

@@ -13,12 +13,15 @@ from joserfc.util import urlsafe_b64encode
 
 from endpoints.oidc.settings import OidcSettings
 from endpoints.oidc.tokens import (
+    LOGOUT,
     MAX_TOKEN,
     TYPES_OF_ACCESS,
     TYPES_OF_IDS,
+    TYPES_OF_LOGOUT,
     UnknownKey,
     check_access_token,
     check_id_token,
+    check_logout_token,
     signed_claims,
 )
 from ppaas.errors import NotAuthenticated
@@ -177,3 +180,76 @@ def test_types_of_access_tokens_are_no_types_of_logins(kind: str) -> None:
     if kind != "JWT":
         with pytest.raises(NotAuthenticated, match="type"):
             claims_of(token)
+
+
+# Logouts.
+
+OUT = {
+    "iss": ISSUER, "aud": "ppaas", "sub": "id-of-ann", "sid": "s1", "jti": "7", "iat": NOW, "exp": NOW + 120,
+    "events": {LOGOUT: {}},
+}  # fmt: skip
+
+
+def without(claims: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {name: value for name, value in claims.items() if name not in names}
+
+
+@pytest.mark.parametrize("missing", ["", "sub", "sid"])
+def test_a_logout_of_a_person_or_a_session_is_taken(missing: str) -> None:
+    check_logout_token(without(OUT, missing), SETTINGS, NOW)
+    check_logout_token(OUT | {"aud": ["another", "ppaas"], "more": 1}, SETTINGS, NOW + 179)
+
+
+@pytest.mark.parametrize("missing", ["iss", "aud", "iat", "exp", "jti", "events"])
+def test_a_logout_without_a_claim_is_refused(missing: str) -> None:
+    with pytest.raises(NotAuthenticated, match=missing):
+        check_logout_token(without(OUT, missing), SETTINGS, NOW)
+
+
+@pytest.mark.parametrize(
+    ("lie", "why"),
+    [
+        ({"iss": "https://evil.example"}, "iss"),
+        ({"aud": "another"}, "aud"),
+        ({"aud": []}, "aud"),
+        ({"exp": NOW - 61}, "expired"),
+        ({"iat": NOW + 3600}, "in the future"),
+        ({"iat": "now"}, "iat"),
+        ({"nonce": "n"}, "nonce"),
+        ({"nonce": None}, "nonce"),
+        ({"events": {}}, "events"),
+        ({"events": {LOGOUT: True}}, "events"),
+        ({"events": [LOGOUT]}, "events"),
+        ({"events": {"https://schemas.openid.net/event/other": {}}}, "events"),
+        ({"sid": ""}, "sid"),
+        ({"sid": 7}, "sid"),
+        ({"sid": "s" * 256}, "sid"),
+        ({"sub": ""}, "sub"),
+        ({"sub": "s" * 256}, "sub"),
+        ({"jti": ""}, "jti"),
+        ({"jti": ["7"]}, "jti"),
+    ],
+)
+def test_a_logout_that_lies_is_refused(lie: dict[str, Any], why: str) -> None:
+    with pytest.raises(NotAuthenticated, match=why):
+        check_logout_token(OUT | lie, SETTINGS, NOW)
+
+
+def test_a_logout_of_nobody_is_refused() -> None:
+    with pytest.raises(NotAuthenticated, match="neither a person"):
+        check_logout_token(without(OUT, "sub", "sid"), SETTINGS, NOW)
+
+
+def test_a_token_that_says_who_somebody_is_reports_no_logout() -> None:
+    with pytest.raises(NotAuthenticated):
+        check_logout_token(without(GOOD, "nonce"), SETTINGS, NOW)
+
+
+@pytest.mark.parametrize(("kind", "taken"), [("logout+jwt", True), ("JWT", True), ("at+jwt", False), ("x", False)])
+def test_the_type_of_a_logout(kind: str, taken: bool) -> None:
+    token = signed(OUT, RSA, typ=kind)
+    if taken:
+        assert claims_of(token, TYPES_OF_LOGOUT) == OUT
+    else:
+        with pytest.raises(NotAuthenticated, match="type"):
+            claims_of(token, TYPES_OF_LOGOUT)

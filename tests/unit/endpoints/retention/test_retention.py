@@ -204,3 +204,14 @@ async def test_a_recording_in_progress_stays_however_large_it_is(cloud: Cloud) -
     cloud.clock.advance(3 * DAY + 30.0)
     await sized.expire(False)
     assert cloud.left()["recordings"] == ["20261126T224143Z-1.partial", "20261126T224143Z.mcap", "3.mcap"]
+
+
+async def test_another_retention_holds_from_the_next_removal_on(cloud: Cloud) -> None:
+    cloud.clock.advance(3 * DAY)
+    cloud.retention.change({"plans": 2.0 + 60.0 / DAY}, {"recordings": 7.0})
+    assert cloud.retention.seconds("plans") == 2 * DAY + 60.0
+    assert cloud.retention.seconds("tasks") == DEFAULT_DAYS["tasks"] * DAY
+    removed = {found.kind: found.expired for found in await cloud.retention.expire(False)}
+    assert removed == {kind: 1 if kind == "plans" else 0 for kind in removed} and "plans" in removed
+    assert "audit" not in removed, "what has no days is kept"
+    assert [one.gigabytes for one in await cloud.retention.views() if one.kind == "recordings"] == [7.0]

@@ -24,19 +24,18 @@ UP = [setting for setting in settings_of(TABLES) if setting.table == "up"]
     ],
 )  # fmt: skip
 def test_a_value_of_another_type_is_refused(name: str, value: Any, words: str) -> None:
-    values, faults = read_values(UP, {name: value, "host": "::"} if name != "host" else {name: value})
+    values, faults = read_values(UP, {name: value, "host": "::"} if name != "host" else {name: value}, {})
     assert values == {}
     ((setting, found),) = faults.items()
     assert setting.name == name and words in found
 
 
 def test_all_faults_are_named_and_no_secret() -> None:
-    _, faults = read_values(UP, {"port": "x", "cores": 0, "store": "cassandra://ann:secret@host/keys"})
+    _, faults = read_values(UP, {"port": "x", "cores": 0, "store": "cassandra://ann:secret@host/keys"}, {})
     assert {setting.name for setting in faults} == {"port", "cores", "store"}
     assert "secret" not in str(list(faults.values()))
 
 
-def test_only_what_is_given_has_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PPAAS_CORES", "3")
-    values, faults = read_values(UP, {"cores": 2, "linger": 7})
+def test_only_what_is_given_has_a_value() -> None:
+    values, faults = read_values(UP, {"cores": 2, "linger": 7}, {"PPAAS_CORES": "3"})
     assert ({setting.name: value for setting, value in values.items()}, faults) == ({"cores": 3, "linger": 7.0}, {})

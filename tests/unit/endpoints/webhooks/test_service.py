@@ -284,3 +284,24 @@ async def test_events_wait_for_the_store_and_are_bounded(
 async def test_urls_are_checked_by_the_rules_of_the_operator(hall: Hall) -> None:
     with pytest.raises(InvalidParameter):
         await Webhooks(hall.store, hall.events, TargetRules(), hall.audit).check_target("https://127.0.0.1")
+
+
+async def test_other_rules_hold_from_the_next_attempt_on(hall: Hall, target: Target) -> None:
+    heard: list[object] = []
+    webhooks = Webhooks(hall.store, hall.events, RULES, hall.audit, hear_goals=heard.append)
+    await webhooks.check_target(target.url)
+    hook = hall.hook(target)
+    running = asyncio.create_task(webhooks.run())
+    await until(lambda: heard)
+    hall.report()
+    await target.has(1)
+    webhooks.allow(TargetRules())
+    with pytest.raises(InvalidParameter, match="https"):
+        await webhooks.check_target(target.url)
+    hall.report()
+    await until(lambda: any(one.attempts for one in hall.stored(hook.id)))
+    assert len(target.events) == 1
+    webhooks.allow(RULES)
+    await target.has(2)
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)

@@ -9,6 +9,7 @@ from engine.links.place_link import PlaceLink
 from engine.protocols.robot_link import ContainerBeat
 from ppaas.clock import ManualClock
 from ppaas.errors import PPaaSError
+from tests.support.waiting import until
 
 IDLE = 100.0
 
@@ -86,5 +87,15 @@ async def test_a_robot_with_a_goal_is_not_idle(robots: Robots, watch: IdleWatch,
     assert robots.reasons
 
 
-async def test_an_idle_time_of_zero_disables_the_watch(robots: Robots, clock: ManualClock) -> None:
-    await asyncio.wait_for(IdleWatch(robots, 0.0, clock).run(), 5)  # type: ignore[arg-type]
+async def test_another_time_holds_at_once_and_none_disables_the_watch(robots: Robots) -> None:
+    watch = IdleWatch(robots, 0.0)  # type: ignore[arg-type]
+    running = asyncio.create_task(watch.run())
+    robots.beat()
+    await asyncio.sleep(0)
+    assert len(asyncio.all_tasks()) == 2, "0 disables the watch"
+    watch.change(0.01)
+    await until(lambda: robots.reasons)
+    assert str(robots.reasons[0]).startswith("no frames for 0.01 s")
+    watch.change(0.0)
+    await until(lambda: len(asyncio.all_tasks()) == 2)
+    running.cancel()

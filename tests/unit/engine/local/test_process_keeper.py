@@ -87,6 +87,20 @@ async def test_a_process_with_other_settings_is_ended_and_started_anew(one: Proc
     await following.stop()
 
 
+async def test_settings_that_a_process_follows_are_those_of_the_next_one(one: ProcessKeeper, tmp_path: Path) -> None:
+    before = pids(tmp_path)
+    one.change({"e-1": {"folder": str(tmp_path), "name": "e-1", "extra": 1}})
+    assert pids(tmp_path) == before
+    os.kill(before["e-1"], signal.SIGKILL)
+    await until(lambda: pids(tmp_path).get("e-1") not in (before["e-1"], None), 20.0)
+    before = pids(tmp_path)
+    await end_as_if_killed(one)
+    following = keeper(tmp_path, "e-1", extra=1)
+    await following.start()
+    assert pids(tmp_path) == before, "the next keeper adopts it"
+    await following.stop()
+
+
 async def test_a_process_of_another_release_is_ended_and_started_anew(one: ProcessKeeper, tmp_path: Path) -> None:
     before = pids(tmp_path)
     await end_as_if_killed(one)

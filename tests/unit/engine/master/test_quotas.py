@@ -61,3 +61,15 @@ def test_sums_of_sizes_have_no_rounding_errors(sizes: list[float]) -> None:
 def test_overused_quota_refuses_more() -> None:
     with pytest.raises(QuotaExceeded, match="3 maps and has 5"):
         check_quota("ann", "maps", 3, 5)
+
+
+def test_another_default_holds_for_all_but_own_limits_and_keeps_the_usage() -> None:
+    quotas = Quotas(Quota(containers=3, cores=2.0))
+    quotas.set_limits("ann", Limits(containers=1))
+    quotas.add("bob", 3, 1.0)
+    quotas.set_default(Quota(containers=5, cores=9.0))
+    assert quotas.default == quotas.of("bob") == Quota(containers=5, cores=9.0)
+    assert quotas.of("ann") == Quota(containers=1, cores=9.0)
+    quotas.check_container("bob", 8.0)
+    quotas.set_limits("ann", Limits())
+    assert quotas.of("ann").containers == 5

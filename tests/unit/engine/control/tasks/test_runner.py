@@ -397,3 +397,13 @@ async def test_ended_tasks_are_kept_for_the_time_that_is_set(hall: Hall) -> None
     await hall.news.changed("ann", "house")
     await hall.after(2.0)
     assert hall.store.tasks("ann", "house") == []
+
+
+async def test_another_time_holds_for_all_ended_tasks(hall: Hall) -> None:
+    hall.add("t1", 1.0, state="done", ended=hall.clock())
+    hall.add("t2", 2.0)
+    await hall.after(9.0)
+    hall.runner.keep_for(10.0)
+    await hall.news.changed("ann", "house")
+    await hall.after(2.0)
+    assert [record.task.id for record in hall.store.tasks("ann", "house")] == ["t2"]
