@@ -12,6 +12,11 @@ export function closePage() {
   if (location.hash) location.hash = "";
 }
 
+/** Show a page. @param {string} id */
+export function openPage(id) {
+  location.hash = id;
+}
+
 export class Pages {
   /** @type {Map<string, import("./registry.js").Page>} */ #made = new Map();
   #open = "";
