@@ -79,7 +79,8 @@ export class Dashboard {
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     const context = {
       rest, cloud: this.#cloud, fleet: this.#fleet, journal: this.#journal, failed: told.failed, ask: told.ask,
-      goTo: (robot) => this.#goTo(robot), pickPlaces: (...wanted) => this.#pickPlaces(...wanted),
+      goTo: (robot) => this.#goTo(robot), chooseMap: (id) => this.#maps.choose(id),
+      pickPlaces: (...wanted) => this.#pickPlaces(...wanted),
     };
     this.#card = new RobotCard(this.#orders, createCardParts(context));
     this.#maps = new MapChoice(() => this.#otherMap());
