@@ -16,7 +16,7 @@ export function sumOf(recordings) {
 }
 
 export class RecordingList {
-  /** Number of robots that the last look has read. */ read = 0;
+  /** Number of robots that the last look has read. */ done = 0;
   /** @type {Map<string, object[]>} by robot */ #found = new Map();
   #of;
   #readAt = -Infinity;
@@ -45,13 +45,13 @@ export class RecordingList {
     this.#readAt = now;
     this.#robots = named;
     this.#found = new Map([...this.#found].filter(([robot]) => robots.includes(robot)));
-    this.read = 0;
+    this.done = 0;
     try {
-      while (this.read < robots.length) {
-        const some = robots.slice(this.read, this.read + AT_ONCE);
+      while (this.done < robots.length) {
+        const some = robots.slice(this.done, this.done + AT_ONCE);
         const found = await Promise.all(some.map((robot) => this.#of(robot)));
         some.forEach((robot, i) => this.#found.set(robot, found[i]));
-        this.read += some.length;
+        this.done += some.length;
         seen();
       }
     } catch (error) {

@@ -40,8 +40,8 @@ class RecordingsPage {
   #show() {
     const { robots } = this.#context.cloud;
     const found = this.#list.recordings.filter((one) => matches(one, this.#search.value));
-    const { read } = this.#list;
-    const progress = read < robots.length ? `; ${read} of ${plural(robots.length, "robot")} read` : "";
+    const { done } = this.#list;
+    const progress = done < robots.length ? `; ${done} of ${plural(robots.length, "robot")} read` : "";
     say(this.#note, (found.length ? sumOf(found) : "No recordings. Start one in the card of a robot, with “Recordings”") + progress);
     this.#table.hidden = !found.length;
     show(this.#body, found, ({ robot, id }) => `${robot} ${id}`, (one) => this.#create(one), (row, one) => {

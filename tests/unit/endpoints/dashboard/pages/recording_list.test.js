@@ -22,7 +22,7 @@ test("hundreds of robots are read a few at once, and again only after a while, o
   });
   const robots = Array.from({ length: 10 }, (_, i) => `tb${i}`);
   const progress = [];
-  await list.read(robots, 0, () => progress.push(list.read));
+  await list.read(robots, 0, () => progress.push(list.done));
   assert.deepEqual([most, asked, ...progress], [4, 10, 4, 8, 10]);
   await list.read(robots, 29, () => {});
   assert.equal(asked, 10);
