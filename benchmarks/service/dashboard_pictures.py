@@ -26,7 +26,7 @@ from ppaas.geometry import poses_along
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import OCCUPIED
 from ppaas.tasks.records import Task
-from storage.records import MapTask
+from storage.records import MapTask, ProposedChange
 from tests.support.cloud.browser import PHONE, Eye, browsing, enter
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.traffic import add_traffic
@@ -106,9 +106,9 @@ def fill(services: Services) -> None:
     for name, role in (("bob", "user"), ("carla", "admin"), ("dieter-from-the-night-shift", "user")):
         store.add_user(user(name, role=role, groups=("hall",) if role == "user" else ()))
     store.add_token(token("f" * 64, user="ann", expires=now + 9e5, created=now - 4e4, name="display in the hall"))
-    for number, shelf in enumerate(((8, 30), (40, 60)), 1):
+    for number, (left, row) in enumerate(((150, 30), (250, 150)), 1):
         cells = GRID.data.copy()
-        cells[20 * number : 20 * number + 12, shelf[0] + 150 : shelf[1] + 160] = OCCUPIED
+        cells[row : row + 6, left : left + 30] = OCCUPIED
         yaml, image = save_map(replace(GRID, data=cells), "office.pgm")
         changed = GivenMap("office", "ann", yaml, image, created=now - 7200.0 / number)
         if number == 1:
@@ -116,7 +116,10 @@ def fill(services: Services) -> None:
             yaml, image = save_map(GRID, "office.pgm")
             put_map(services.map_store, GivenMap("office", "ann", yaml, image, created=now - 3600.0))
         else:
-            propose(services.map_store, changed, message="A pallet stands in the corridor", created=now - 600.0)
+            pallet = ProposedChange(occupied=180, rectangles=((left, row, 30, 6),))
+            propose(
+                services.map_store, changed, change=pallet, message="A pallet stands in the corridor", created=now - 600.0
+            )
 
 
 def example_tasks(now: float) -> list[Task]:

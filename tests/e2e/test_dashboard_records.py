@@ -12,7 +12,8 @@ from starlette.types import ASGIApp
 from endpoints.resources.services import Services
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import OCCUPIED
-from tests.support.cloud.browser import DESK, browsing, enter, looking
+from storage.records import ProposedChange
+from tests.support.cloud.browser import DESK, PHONE, browsing, enter, looking
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.zones import GRID
 from tests.support.recordings.kept import kept_recordings
@@ -20,12 +21,17 @@ from tests.support.storage.records import GivenMap, propose
 
 pytestmark = pytest.mark.journey
 
+REFUSED = r"^Failed to load resource"
+COLOUR = "one => getComputedStyle(one).color"
 DIFFERENT = """() => {
     const [now, then] = [...document.querySelectorAll(".before-after canvas")].map((canvas) =>
         [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data]);
     return now.length === then.length && now.some((value, i) => value !== then[i]);
 }"""
 """Whether the two pictures of a version that waits differ."""
+
+
+SHELF = ProposedChange(occupied=480, rectangles=((180, 40, 40, 12),))
 
 
 def with_a_shelf() -> GivenMap:
@@ -37,7 +43,7 @@ def with_a_shelf() -> GivenMap:
 
 
 @asynccontextmanager
-async def showing(title: str) -> AsyncIterator[tuple[Page, Services]]:
+async def showing(title: str, expected: str = r"$^") -> AsyncIterator[tuple[Page, Services]]:
     """Open a page of a fleet whose first robot has a recording."""
     kept: list[Services] = []
 
@@ -48,7 +54,7 @@ async def showing(title: str) -> AsyncIterator[tuple[Page, Services]]:
     sockets = RobotSockets()
     async with serving_fleet(6, around=remembered) as (url, token, cloud), browsing() as browser:
         object.__setattr__(kept[0], "recordings", kept_recordings(cloud, "ann", "tb0"))
-        async with looking(await browser.new_context(viewport=DESK)) as page:
+        async with looking(await browser.new_context(viewport=DESK), expected) as page:
             page.on("dialog", lambda question: question.accept())
             await sockets.answer(page)
             await enter(page, url, token)
@@ -59,7 +65,7 @@ async def showing(title: str) -> AsyncIterator[tuple[Page, Services]]:
 async def test_a_version_that_waits_is_compared_approved_and_rolled_back() -> None:
     async with showing("Maps") as (page, services):
         first = services.map_store.map_head("office").version
-        review = propose(services.map_store, with_a_shelf(), message="a shelf")
+        review = propose(services.map_store, with_a_shelf(), change=SHELF, message="a shelf")
         waiting = page.get_by_role("list", name="Versions that wait for a review").get_by_role("listitem")
         await expect(waiting.get_by_role("img")).to_have_count(2)
         assert await page.evaluate(DIFFERENT)
@@ -78,7 +84,7 @@ async def test_a_map_is_published_from_its_files_shown_and_removed(tmp_path: Pat
     yaml, image = save_map(GRID, "hall.pgm")
     (tmp_path / "hall.yaml").write_bytes(yaml)
     (tmp_path / "hall.pgm").write_bytes(image)
-    async with showing("Maps") as (page, services):
+    async with showing("Maps", REFUSED) as (page, services):
         await page.get_by_text("Publish a map").click()
         form = page.get_by_role("form", name="Publish a map")
         await form.get_by_label("Name", exact=True).fill("hall 2")
@@ -102,6 +108,11 @@ async def test_recordings_of_all_robots_are_found_fetched_and_deleted() -> None:
     async with showing("Recordings") as (page, services):
         rows = page.get_by_role("table", name="Recordings").locator("tbody tr")
         await expect(rows).to_have_count(1)
+        robot, size = rows.locator("td").first, rows.locator("td").nth(2)
+        assert await size.evaluate(COLOUR) == await robot.evaluate(COLOUR), "the size looks like a refusal"
+        await page.set_viewport_size(PHONE)
+        assert await rows.get_by_role("button").first.evaluate("one => one.clientHeight") < 60, "its text is broken"
+        await page.set_viewport_size(DESK)
         await page.get_by_role("searchbox", name="Robot").fill("tb5")
         await expect(rows).to_have_count(0)
         await page.get_by_role("searchbox", name="Robot").fill("TB")

@@ -213,6 +213,7 @@ export class Dashboard {
   /** Pick places on the map for a page, which is shown again afterwards. */
   #pickPlaces(most, page, done) {
     closePage();
+    showPanel(""); // on a phone, it would hide half of the map
     this.#places.begin(most, (places) => {
       openPage(page);
       done(places);

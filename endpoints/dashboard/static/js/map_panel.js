@@ -24,11 +24,10 @@ export function partnersOf(maps, id) {
  * @param {object} review @param {{approve: (review: object, why: string) => void, refuse: (review: object, why: string) => void}} orders
  */
 export function createReview(review, orders) {
-  const why = make("input", { name: "why", maxLength: 200, placeholder: "Reason" });
+  const why = make("input", { name: "why", maxLength: 200, placeholder: "Reason", "aria-label": "Reason" });
   const order = (name, className, textContent) =>
     make("button", { className, type: "button", textContent, onclick: () => orders[name](review, why.value) });
-  return make("li", { className: "review" }, make("p", { className: "name" }), make("p", { className: "muted" }),
-    make("label", {}, "Reason", why),
+  return make("li", { className: "review" }, make("p", { className: "name" }), make("p", { className: "muted" }), why,
     make("div", { className: "actions" }, order("approve", "button", "Approve"), order("refuse", "button stop", "Refuse")));
 }
 

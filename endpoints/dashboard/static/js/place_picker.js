@@ -4,7 +4,7 @@ import { byId, say } from "./dom.js";
 import { plural } from "./format.js";
 import { label, target } from "./shapes.js";
 
-const HINT = "Click each place; Enter ends, Backspace takes the last one back, Escape cancels";
+const HINT = "Click each place, then Done; Backspace takes the last one back";
 
 export class PlacePicker {
   /** @type {import("./theme.js").Theme} */ theme;

@@ -85,7 +85,7 @@ export function isAcknowledged({ since, once, earlier }, acknowledged, now) {
 
 /** Whether the user may acknowledge an alert, as the cloud decides it. @param {Alert} alert @param {object[]} robots @param {boolean} isAdmin */
 export function mayAcknowledge({ object }, robots, isAdmin) {
-  const [kind, name] = object.split("/");
+  const [, kind, name] = /^(\w+)\/?(.*)$/.exec(object);
   if (kind === "robots") return mayDrive(robots.find(({ id }) => id === name) ?? null);
   return kind === "maps" || isAdmin;
 }

@@ -3,12 +3,17 @@
 /** Cells around a change that its pictures show. */
 const MARGIN = 20;
 
-/** Longest message of the table [characters]. */
-const SHOWN = 8;
+const SHOWN = 8; // characters of the name of a version
 
 /** Whether a user may publish, roll back and remove a map. @param {{owner: string}} map @param {{id: string, role: string}} me */
 export function mayChange({ owner }, me) {
   return owner === me.id || me.role === "admin";
+}
+
+/** Who else reads a map. @param {{readers: string[]}} map */
+export function readersOf({ readers }) {
+  if (readers.includes("*")) return "which everybody reads";
+  return readers.length ? `read by ${readers.join(", ")}` : "which nobody else reads";
 }
 
 /** Name of a version that people can compare. @param {string} version */

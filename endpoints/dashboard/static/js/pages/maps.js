@@ -1,6 +1,7 @@
 /** Page with the maps: publish one; and, of the shown map, its versions, and those that wait for a review. */
 
 import { make, say, show } from "../dom.js";
+import { plural } from "../format.js";
 import { isNew } from "../growing_map.js";
 import { decisions } from "../map_changes.js";
 import { createReview, fillReview } from "../map_panel.js";
@@ -8,7 +9,7 @@ import { closePage } from "../pages.js";
 import { addPage } from "../registry.js";
 import { beforeAndAfter } from "./before_after.js";
 import { timeText } from "./event_words.js";
-import { OF_VERSION, decisionOf, mayChange } from "./map_words.js";
+import { OF_VERSION, decisionOf, mayChange, readersOf } from "./map_words.js";
 import { PublishForm } from "./publish_form.js";
 
 const MOST = 50;
@@ -50,8 +51,7 @@ class MapsPage {
     const { cloud } = this.#context;
     show(this.#maps, cloud.maps, ({ id }) => id, (map) => this.#createMap(map), (item, map) => {
       const robots = cloud.robots.filter((robot) => robot.map === map.id).length;
-      const readers = map.readers.includes("*") ? "everybody reads it" : `${map.readers.length} readers`;
-      say(item.children[1], `of ${map.owner}, ${robots} of your robots, ${readers}`);
+      say(item.children[1], `of ${map.owner}, ${readersOf(map)}, with ${plural(robots, "robot")} of yours`);
       say(item.children[2], map.description);
     });
   }

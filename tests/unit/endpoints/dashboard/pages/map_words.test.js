@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { cropOf, cut, decisionOf, mayChange, shiftOf, shortOf, OF_VERSION } from "../../../../../endpoints/dashboard/static/js/pages/map_words.js";
+import { cropOf, cut, decisionOf, mayChange, readersOf, shiftOf, shortOf, OF_VERSION } from "../../../../../endpoints/dashboard/static/js/pages/map_words.js";
 
 const info = (width, height, x = 0, y = 0) => ({ width, height, resolution: 0.5, origin: { x, y, theta: 0 } });
 
@@ -27,6 +27,7 @@ test("versions and reviews are put in words", () => {
   const version = { version: "0123456789abcdef", author: "ann", message: "a shelf", restored: true };
   assert.deepEqual(OF_VERSION.map(([, text]) => text(version, "today")), ["today", "01234567", "ann", "rolled back: a shelf"]);
   assert.equal(shortOf("abc"), "abc");
+  assert.deepEqual([[], ["bob", "eve"], ["*"]].map((readers) => readersOf({ readers })), ["which nobody else reads", "read by bob, eve", "which everybody reads"]);
   assert.equal(decisionOf({ number: 7, state: "refused", closed_by: "ann", reason: "a person" }), "7 was refused by ann: a person");
   assert.deepEqual(["ann", "bob"].map((id) => mayChange({ owner: "ann" }, { id, role: "user" })), [true, false]);
   assert.equal(mayChange({ owner: "ann" }, { id: "eve", role: "admin" }), true);
