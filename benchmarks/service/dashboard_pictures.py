@@ -118,7 +118,11 @@ def fill(services: Services) -> None:
         else:
             pallet = ProposedChange(occupied=180, rectangles=((left, row, 30, 6),))
             propose(
-                services.map_store, changed, change=pallet, message="A pallet stands in the corridor", created=now - 600.0
+                services.map_store,
+                changed,
+                change=pallet,
+                message="A pallet stands in the corridor",
+                created=now - 600.0,
             )
 
 
@@ -149,7 +153,8 @@ def example_events(now: float) -> list[AuditEvent]:
     """Return an hour of events: logins, connections, changes and refusals."""
 
     def event(age: float, action: str, **fields: Any) -> AuditEvent:
-        return AuditEvent(**({"time": now - age, "user": "ann", "address": "10.0.0.7", "action": action} | fields))
+        given: dict[str, Any] = {"time": now - age, "user": "ann", "address": "10.0.0.7", "action": action}
+        return AuditEvent(**(given | fields))
 
     events = [event(3500.0, "log_in", object="users/ann"), event(3400.0, "publish_map", object="maps/office")]
     for number in range(CONNECTED):
@@ -159,7 +164,9 @@ def example_events(now: float) -> list[AuditEvent]:
     lost = {"role": "robot", "code": 1006, "seconds": 2400.5}
     events += [
         event(500.0, "disconnect", object="robots/tb11", details=lost),
-        event(450.0, "log_in", user="bob", object="users/bob", outcome="refused", status=401, reason="not-authenticated"),
+        event(
+            450.0, "log_in", user="bob", object="users/bob", outcome="refused", status=401, reason="not-authenticated"
+        ),
         event(300.0, "change_robot", object="robots/tb3", details={"cores": 0.5}),
         event(200.0, "put_robot", user="bob", outcome="refused", status=403, reason="not-permitted", object="robots/x"),
         event(100.0, "create_token", details={"name": "display in the hall", "robots": ["tb*"], "role": "look"}),

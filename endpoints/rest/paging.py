@@ -96,9 +96,7 @@ class StatePaging(Paging):
 
     filters: ClassVar[frozenset[str]] = frozenset({"state"})
 
-    def sought(
-        self, read: Callable[[str], list[T]], seeks: Callable[[T], bool], key: Callable[[T], str]
-    ) -> list[T]:
+    def sought(self, read: Callable[[str], list[T]], seeks: Callable[[T], bool], key: Callable[[T], str]) -> list[T]:
         """Return the records of the page, and one more if another page follows; may block.
 
         Parameters

@@ -56,7 +56,7 @@ class Acknowledgement(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def acknowledgements(store: CloneStore, owner: str) -> list[Acknowledgement]:
-    """Return the acknowledged alerts that concern a user, or `CLOUD`; those that are damaged are left out; may block."""
+    """Return the acknowledged alerts that concern a user, or `CLOUD`, without damaged ones; may block."""
     entries = store.clone_log(owner, ALERTS_RECORD, _LOG)
     placed = ((data, f"clone_logs/{owner}/{ALERTS_RECORD}/{_LOG}/{number}") for number, data in entries)
     return decode_readable(placed, Acknowledgement, None)

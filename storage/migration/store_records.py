@@ -54,7 +54,7 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _clone_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of checkpoints: of clones, of nodes of groups (coordinators, traffic nodes), of stops, of alerts."""
+    """Yield the keys of checkpoints: of clones, of the nodes of groups (coordinators, traffic), of stops, of alerts."""
     groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
     of_users = ([(user, name) for user in page for name in (STOPS_RECORD, ALERTS_RECORD)] for page in _user_ids(store))
     pages = chain(_robot_keys(store), groups, _traffic_keys(store), of_users, [[(CLOUD, ALERTS_RECORD)]])

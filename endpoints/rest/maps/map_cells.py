@@ -42,7 +42,9 @@ async def fetch_cells(
     user: AnyCaller,
     version: Annotated[
         Version | None,
-        Query(description="SHA-256 of the files of a version, also of one that waits for a review; default: the current"),
+        Query(
+            description="SHA-256 of the files of a version, also of one that waits for a review; default: the current"
+        ),
     ] = None,
 ) -> Response:
     """Return the cells of a map, one byte each, in the order of `nav_msgs/OccupancyGrid`."""

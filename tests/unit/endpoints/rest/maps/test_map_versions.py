@@ -178,9 +178,7 @@ async def test_cells_are_gzipped_for_clients_that_accept_gzip(
     assert len(plain.content) == described["width"] * described["height"]
 
 
-async def test_cells_of_an_earlier_version_are_sent(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
-) -> None:
+async def test_cells_of_an_earlier_version_are_sent(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     first = (await publish(ann, image=pgm(value=0))).json()["version"]
     await publish(ann, image=pgm(value=255))
