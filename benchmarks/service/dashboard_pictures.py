@@ -54,8 +54,8 @@ SHUTTER = 1.2
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
-    """A cloud with records of all kinds, and the page that shows them."""
+class Photographer:
+    """Who takes pictures of a page, and where."""
 
     page: Page
     sockets: RobotSockets
@@ -177,7 +177,7 @@ def example_events(now: float) -> list[AuditEvent]:
 # -- the pictures ------------------------------------------------------------------------------------------------------
 
 
-async def take_map(scene: Scene) -> None:
+async def take_map(scene: Photographer) -> None:
     """Take the map with its panels, the cards of robots, a zone, and the table of the fleet."""
     page, robots = scene.page, scene.page.locator("#robots .robot")
     await scene.take("map")
@@ -202,7 +202,7 @@ async def take_map(scene: Scene) -> None:
     await page.get_by_role("dialog", name="Fleet").get_by_role("button", name="Close").click()
 
 
-async def take_pages(scene: Scene) -> None:
+async def take_pages(scene: Photographer) -> None:
     """Take each page, and each with its forms open."""
     page = scene.page
     for link in await page.get_by_role("navigation", name="Pages").get_by_role("link").all():
@@ -218,7 +218,7 @@ async def take_pages(scene: Scene) -> None:
             await scene.take(f"{title.lower()}-forms")
 
 
-async def take_picking(scene: Scene) -> None:
+async def take_picking(scene: Photographer) -> None:
     """Take the map while places of a task are picked on it."""
     page = scene.page
     await scene.open("Tasks")
@@ -231,7 +231,7 @@ async def take_picking(scene: Scene) -> None:
     await page.get_by_role("button", name="Cancel", exact=True).click()
 
 
-async def take_token_and_stop(scene: Scene) -> None:
+async def take_token_and_stop(scene: Photographer) -> None:
     """Take the dialog with a new token, and the page while all robots are stopped."""
     page = scene.page
     await scene.open("Robots")
@@ -247,7 +247,7 @@ async def take_token_and_stop(scene: Scene) -> None:
     await page.get_by_role("button", name="Release", exact=True).click()
 
 
-PARTS: Sequence[Callable[[Scene], Awaitable[None]]] = (take_map, take_pages, take_picking, take_token_and_stop)
+PARTS: Sequence[Callable[[Photographer], Awaitable[None]]] = (take_map, take_pages, take_picking, take_token_and_stop)
 
 
 @asynccontextmanager
@@ -301,7 +301,7 @@ async def take_all(folder: Path, *, docs: bool) -> None:
                 await take_login(browser, url, folder, (name, size, scheme))
             context = await browser.new_context(viewport=size, color_scheme=scheme, has_touch=name.startswith("phone"))
             page = await shown(context, url, owner, sockets)
-            scene = Scene(page, sockets, folder, name, frozenset(DOCS if docs else ()))
+            scene = Photographer(page, sockets, folder, name, frozenset(DOCS if docs else ()))
             for part in [take_pages] if docs else PARTS:
                 await part(scene)
             await context.close()
