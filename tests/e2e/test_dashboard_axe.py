@@ -99,6 +99,8 @@ async def test_nothing_is_grave_on_pages_and_their_forms(context: BrowserContext
         for title, shown in (
             ("Tasks", ".task"),
             ("Events", "tr"),
+            ("Maps", ".table th"),
+            ("Recordings", "form *"),
             ("Robots", ".cards li"),
             ("Access", ".cards li"),
             ("Plans", "th"),
