@@ -25,8 +25,8 @@ from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.versions import agree
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
-from engine.tracing.recording import pass_on
 from engine.specs.work_counts import add_counts
+from engine.tracing.recording import pass_on
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.tracing.spans import within
 from storage.ports import Store
