@@ -20,9 +20,11 @@ from ppaas.maps.grid import GridMap
 from robots import cli
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
+from tests.support.waiting import stretch
 
 ADMIN_PASSWORD = "correct horse battery"
-START_TIMEOUT = 90.0
+START_TIMEOUT, END_TIMEOUT, FAMILY_TIMEOUT = 90.0, 20.0, 5.0
+"""Time limits until a cloud serves, until it has ended, and from then until its processes have [s]; see `stretch`."""
 
 LOG_SHOWN = 40_000
 """Number of characters of the cloud's log that a failed test prints."""
@@ -120,21 +122,22 @@ def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
     finally:
         process.send_signal(signal.SIGTERM)
         try:
-            status = process.wait(20)
+            status = process.wait(END_TIMEOUT * stretch())
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
             raise AssertionError(f"the cloud did not end on SIGTERM:\n{log.read_text()}") from None
     assert status == cloud.status, log.read_text()
-    _, alive = psutil.wait_procs(family, 5)
+    _, alive = psutil.wait_procs(family, FAMILY_TIMEOUT * stretch())
     assert not alive, f"left behind: {alive}"
     assert not any(shared_memory(child.pid) for child in family)
 
 
 def _wait_until_ready(process: subprocess.Popen[bytes], ready: Path, log: Path) -> None:
-    deadline = time.monotonic() + START_TIMEOUT
+    began = time.monotonic()
     while not ready.exists():
-        if process.poll() is not None or time.monotonic() > deadline:
+        elapsed = time.monotonic() - began
+        if process.poll() is not None or (elapsed > START_TIMEOUT and elapsed > START_TIMEOUT * stretch()):
             raise AssertionError(f"the cloud did not come up:\n{log.read_text()}")
         time.sleep(0.02)
 
