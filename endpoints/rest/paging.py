@@ -3,6 +3,7 @@
 import base64
 import binascii
 from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
 import msgspec
@@ -11,6 +12,7 @@ from pydantic import BaseModel, Field
 
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidParameter
+from storage.migration.copying import one_by_one
 
 DEFAULT_LIMIT = 100
 MAX_LIMIT = 500
@@ -87,6 +89,26 @@ class Paging:
         """Return the page of the fetched records, with the cursor of the next page if there is one."""
         items = list(found[: self._limit])
         return {"items": items, "next": _cursor(key(items[-1])) if len(found) > len(items) else None}
+
+
+class StatePaging(Paging):
+    """Parameters of a page of a list that may be asked for records of one ``state`` only, which its route takes."""
+
+    filters: ClassVar[frozenset[str]] = frozenset({"state"})
+
+    def sought(self, read: Callable[[str], list[T]], seeks: Callable[[T], bool], key: Callable[[T], str]) -> list[T]:
+        """Return the records of the page, and one more if another page follows; may block.
+
+        Parameters
+        ----------
+        read : callable
+            Takes a key, and returns the next records after it.
+        seeks : callable
+            Returns whether a record is in the list.
+        key : callable
+            Returns the key of a record.
+        """
+        return list(islice(filter(seeks, one_by_one(read, self.key(str, ""), key)), self.fetch_limit))
 
 
 def _cursor(key: Any) -> str:

@@ -1,12 +1,11 @@
 """Tasks: what any capable robot of the caller on a map is to do. Their JSON schemas and routes."""
 
 import secrets
-from collections.abc import Iterator
 from contextlib import suppress
-from itertools import islice
-from typing import Annotated, Any, ClassVar, Literal
+from functools import partial
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query
 from msgspec.structs import replace
 from pydantic import ConfigDict, Field, StrictInt
 from starlette.concurrency import run_in_threadpool
@@ -15,7 +14,7 @@ from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId, Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
-from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
+from endpoints.rest.paging import Page, StatePaging
 from endpoints.rest.schemas import Number, Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
 from ppaas.clock import epoch
@@ -31,7 +30,6 @@ from ppaas.tasks.records import (
     TaskState,
     check_task,
 )
-from storage.migration.copying import one_by_one
 from storage.ports import TaskStore
 from storage.records import MapTask
 
@@ -128,36 +126,6 @@ ATTEMPTS = 8
 TaskId = Annotated[Name, Path(examples=["018f3c2ab4d0-5e1c9a02"])]
 
 
-class TaskPaging(Paging):
-    """Parameters of a page of tasks: as for every list, and the state that is sought.
-
-    Parameters
-    ----------
-    request, limit, cursor
-        As in every list.
-    state : str, optional
-        Only tasks in this state; ``open``: all that have not ended.
-    """
-
-    filters: ClassVar[frozenset[str]] = frozenset({"state"})
-
-    def __init__(
-        self,
-        request: Request,
-        limit: Limit = DEFAULT_LIMIT,
-        cursor: Cursor = None,
-        state: Annotated[
-            TaskFilter | None, Query(description="Only tasks in this state; `open`: all that have not ended")
-        ] = None,
-    ) -> None:
-        super().__init__(request, limit, cursor)
-        self._state = state
-
-    def seeks(self, record: MapTask) -> bool:
-        """Return whether a task is in the list."""
-        return self._state in {None, record.task.state} or (self._state == "open" and record.task.is_open)
-
-
 @router.post("", status_code=201, response_model=TaskAnswer, responses=KNOWN | BODY | problems(404, 429))
 async def add_task(map_id: MapId, file: TaskFile, services: Provided, user: Caller) -> TaskAnswer:
     """Add a task: one of the caller's robots on the map does it, the best one that has its labels.
@@ -174,12 +142,18 @@ async def add_task(map_id: MapId, file: TaskFile, services: Provided, user: Call
 
 @router.get("", response_model=Page[TaskAnswer], responses=KNOWN | problems(404))
 async def list_tasks(
-    map_id: MapId, services: Provided, user: Caller, paging: Annotated[TaskPaging, Depends()]
+    map_id: MapId,
+    services: Provided,
+    user: Caller,
+    paging: Annotated[StatePaging, Depends()],
+    state: Annotated[
+        TaskFilter | None, Query(description="Only tasks in this state; `open`: all that have not ended")
+    ] = None,
 ) -> dict[str, Any]:
     """List the caller's tasks on a map, oldest first."""
     await readable_head(services, user, map_id)
-    after = paging.key(str, "")
-    records = await run_in_threadpool(_page, services.store, (user.id, map_id), after, paging)
+    read = partial(_read, services.store, (user.id, map_id))
+    records = await run_in_threadpool(paging.sought, read, partial(_is_sought, state), lambda record: record.task.id)
     return paging.page([TaskAnswer.of(record) for record in records], lambda answer: answer.id)
 
 
@@ -226,11 +200,9 @@ async def _tell(services: Services, record: MapTask) -> None:
         await services.cloud.tasks.changed(record.user, record.map)
 
 
-def _page(store: TaskStore, group: tuple[str, str], after: str, paging: TaskPaging) -> list[MapTask]:
-    return list(islice(filter(paging.seeks, _read(store, group, after)), paging.fetch_limit))
+def _is_sought(state: TaskFilter | None, record: MapTask) -> bool:
+    return state in {None, record.task.state} or (state == "open" and record.task.is_open)
 
 
-def _read(store: TaskStore, group: tuple[str, str], after: str) -> Iterator[MapTask]:
-    return one_by_one(
-        lambda last: store.tasks(*group, after=last, limit=READ_AT_ONCE), after, lambda record: record.task.id
-    )
+def _read(store: TaskStore, group: tuple[str, str], after: str) -> list[MapTask]:
+    return store.tasks(*group, after=after, limit=READ_AT_ONCE)

@@ -1,17 +1,16 @@
 """Routes of deliveries of webhooks: those that wait, and those that were given up, which can be replayed."""
 
-from collections.abc import Iterator
-from itertools import islice
-from typing import Annotated, Any, ClassVar
+from functools import partial
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.names import Name
 from endpoints.rest.openapi import KNOWN, problems
-from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
+from endpoints.rest.paging import Page, StatePaging
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.webhooks.schemas import DeliveryAnswer, ReplayAnswer
 from endpoints.rest.webhooks.webhooks import WebhookId, told
@@ -29,42 +28,18 @@ READ_AT_ONCE = 128
 DeliveryId = Annotated[Name, Path(examples=["msg_0193f1c0d6f6-5e1c9a02"])]
 
 
-class DeliveryPaging(Paging):
-    """Parameters of a page of deliveries: as for every list, and the state that is sought.
-
-    Parameters
-    ----------
-    request, limit, cursor
-        As in every list.
-    state : DeliveryState, optional
-        Only deliveries in this state.
-    """
-
-    filters: ClassVar[frozenset[str]] = frozenset({"state"})
-
-    def __init__(
-        self,
-        request: Request,
-        limit: Limit = DEFAULT_LIMIT,
-        cursor: Cursor = None,
-        state: Annotated[DeliveryState | None, Query(description="Only deliveries in this state")] = None,
-    ) -> None:
-        super().__init__(request, limit, cursor)
-        self._state = state
-
-    def seeks(self, record: WebhookDelivery) -> bool:
-        """Return whether a delivery is in the list."""
-        return self._state in (None, record.state)
-
-
 @router.get("/deliveries", response_model=Page[DeliveryAnswer], responses=KNOWN | problems(404))
 async def list_deliveries(
-    webhook_id: WebhookId, services: Provided, user: Caller, paging: Annotated[DeliveryPaging, Depends()]
+    webhook_id: WebhookId,
+    services: Provided,
+    user: Caller,
+    paging: Annotated[StatePaging, Depends()],
+    state: Annotated[DeliveryState | None, Query(description="Only deliveries in this state")] = None,
 ) -> dict[str, Any]:
     """List the deliveries of a webhook that wait, and those that were given up (`dead`), oldest first."""
     await run_in_threadpool(services.store.webhook, user.id, webhook_id)
-    key, after = (user.id, webhook_id), paging.key(str, "")
-    found = await run_in_threadpool(_page, services.store, key, after, paging)
+    read = partial(_read, services.store, (user.id, webhook_id))
+    found = await run_in_threadpool(paging.sought, read, lambda one: state in {None, one.state}, _id_of)
     return paging.page([DeliveryAnswer.of(record) for record in found], lambda answer: answer.id)
 
 
@@ -106,18 +81,16 @@ def _again(record: WebhookDelivery) -> WebhookDelivery:
 
 def _replay_all(store: Store, key: tuple[str, str]) -> int:
     replayed = 0
-    for record in _read(store, key, ""):
+    for record in one_by_one(partial(_read, store, key), "", _id_of):
         if record.state == "dead":
             store.put_delivery(_again(record))
             replayed += 1
     return replayed
 
 
-def _page(store: Store, key: tuple[str, str], after: str, paging: DeliveryPaging) -> list[WebhookDelivery]:
-    return list(islice(filter(paging.seeks, _read(store, key, after)), paging.fetch_limit))
+def _read(store: Store, key: tuple[str, str], after: str) -> list[WebhookDelivery]:
+    return store.deliveries(*key, after=after, limit=READ_AT_ONCE)
 
 
-def _read(store: Store, key: tuple[str, str], after: str) -> Iterator[WebhookDelivery]:
-    return one_by_one(
-        lambda last: store.deliveries(*key, after=last, limit=READ_AT_ONCE), after, lambda record: record.id
-    )
+def _id_of(record: WebhookDelivery) -> str:
+    return record.id
