@@ -15,7 +15,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.http.problems import add_problem_handlers
 from endpoints.resources.services import Services
 from endpoints.rest import tasks, traffic
-from endpoints.rest.cluster import audit, containers, endpoints, health, machines, retention
+from endpoints.rest.cluster import acknowledgements, audit, containers, endpoints, health, machines, retention
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, map_zones, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, add_viewer, describe, operation_id
@@ -91,6 +91,7 @@ RESOURCES = (
     endpoints,
     containers,
     health,
+    acknowledgements,
     audit,
     retention,
     webhooks,

@@ -55,6 +55,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "release_robot": ("reason",),
     "release_map": ("reason",),
     "release_all": ("reason",),
+    "acknowledge_alert": ("alert",),
     "add_task": ("kind", "places", "rounds", "priority", "deadline", "labels"),
     "create_webhook": ("events", "robots", "maps", "description", "state"),
     "change_webhook": ("events", "robots", "maps", "description", "state"),
@@ -174,6 +175,9 @@ READING = frozenset({"GET", "HEAD", "OPTIONS"})
 COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones"})
 """Operations by POST that change nothing."""
 
+OPENING = frozenset({"issue_ticket"})
+"""Operations that let a client connect once and soon, which is recorded as ``connect``."""
+
 POLLING = frozenset({"log_in_by_device"})
 """Operations that are repeated while their answer is 202, which is not recorded."""
 
@@ -223,7 +227,7 @@ class AuditedRequests:
 
     def _record(self, scope: Scope, status: int) -> None:
         action = getattr(scope.get("route"), "name", "")
-        changes = scope["method"] not in READING and action not in COMPUTING
+        changes = scope["method"] not in READING and action not in COMPUTING | OPENING
         changes = changes and not (status == 202 and action in POLLING)
         if action and (changes or status in NO_RIGHT):
             fields = recorded_fields(action, parsed_body(scope)) | noted_details(scope)

@@ -40,6 +40,7 @@ TAGS = [
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
     {"name": "endpoints", "description": "Processes that serve robots, operators and REST, for administrators."},
     {"name": "health", "description": "State of this endpoint, the master, the stores, the disk and the audit log."},
+    {"name": "alerts", "description": "Alerts that somebody has acknowledged."},
     {"name": "audit", "description": "Audit log of changes and refusals, for administrators."},
     {"name": "retention", "description": "For how long data are kept, for administrators."},
     {"name": "webhooks", "description": "The caller's webhooks, to which events are sent, and their deliveries."},

@@ -14,6 +14,7 @@ from ppaas.errors import NotFound
 from ppaas.messages.health.stops import STOPS_RECORD
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
+from storage.alerts.acknowledgements import ALERTS_RECORD, CLOUD
 from storage.migration.copying import PAGE, Key, StoredKind, by_pages, each
 from storage.names import Group
 from storage.people import BEFORE_ALL, MapPeople, PeopleCount
@@ -53,10 +54,10 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _clone_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of checkpoints: of clones, of the nodes of groups (coordinators, traffic nodes), of stops."""
+    """Yield the keys of checkpoints: of clones, of the nodes of groups (coordinators, traffic), of stops, of alerts."""
     groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
-    stops = ([(user, STOPS_RECORD) for user in page] for page in _user_ids(store))
-    pages = chain(_robot_keys(store), groups, _traffic_keys(store), stops)
+    of_users = ([(user, name) for user in page for name in (STOPS_RECORD, ALERTS_RECORD)] for page in _user_ids(store))
+    pages = chain(_robot_keys(store), groups, _traffic_keys(store), of_users, [[(CLOUD, ALERTS_RECORD)]])
     return ([key for key in page if _has(_clone, store, key)] for page in pages)
 
 

@@ -57,6 +57,7 @@ USERS = dict(zip(ROLES[1:], ("bob", "carl", "ann", "admin"), strict=True))
 POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 
 BODIES: dict[str, Any] = {
+    "acknowledge_alert": {"object": "robots/ann:tb1", "alert": "lost"},
     "make_plan": {"start": [0.1, 0.1], "goal": [0.2, 0.1]},
     "compute_costs": {"starts": [[0.1, 0.1]], "goals": [[0.2, 0.1]]},
     "plan_fleet": {"starts": [[0.1, 0.1]], "goals": [[0.2, 0.1]], "radius": 0.2},

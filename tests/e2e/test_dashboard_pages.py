@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Browser, BrowserContext, Page, expect
+from playwright.async_api import Browser, BrowserContext, Locator, Page, expect
 
 from ppaas.clock import epoch
 from ppaas.errors import NotAuthenticated
@@ -116,20 +116,31 @@ async def test_a_task_that_failed_is_retried_and_cancelled(scene: Scene, context
         await expect(alert).to_be_visible()
 
 
+def alerts_of(page: Page) -> Locator:
+    """Return the alerts that nobody has acknowledged."""
+    return page.get_by_role("list", name="Alerts", exact=True).get_by_role("listitem")
+
+
 async def test_a_lost_robot_is_an_alert_and_its_events_are_found(scene: Scene, context: BrowserContext) -> None:
     token = await register_robot(scene.rest, "loner", MAP, free_pose(scene.grid, seed=2))
     async with wire_to(scene.cloud.url) as wire, RobotClient(wire.url, robot="loner", token=token):
         wire.cut()
     async with looking(context) as page:
         await show(page, scene, "Events")
-        alerts = page.locator(".alerts > li")
-        lost = alerts.filter(has_text="loner is lost")
+        lost = alerts_of(page).filter(has_text="loner is lost")
         await expect(lost).to_be_visible()
         badge = page.get_by_role("link", name="Events").locator(".badge")
         count = int(await badge.inner_text())
         await lost.get_by_role("button", name="Acknowledge").click()
         await expect(lost).to_be_hidden()
         await expect(badge).to_have_text(str(count - 1))
+        async with looking(await scene.browser.new_context(viewport=DESK)) as other:
+            await show(other, scene, "Events")
+            await other.get_by_text("Acknowledged (").click()
+            seen = other.get_by_role("list", name="Acknowledged alerts").get_by_role("listitem")
+            await expect(seen.filter(has_text="loner is lost")).to_contain_text(f"acknowledged by {USER}")
+            await expect(alerts_of(other).filter(has_text="loner is lost")).to_have_count(0)
+            await other.context.close()
         await page.get_by_label("Robot", exact=True).fill("loner")
         await page.keyboard.press("Enter")
         rows = page.get_by_role("table").locator("tbody tr")
@@ -137,7 +148,8 @@ async def test_a_lost_robot_is_an_alert_and_its_events_are_found(scene: Scene, c
         await expect(rows.last).to_contain_text("put robot")
         assert await rows.filter(has_text="carrier").count() == 0
         await page.get_by_label("Kind").select_option("Changes")
-        await expect(rows).to_have_count(1)
+        await expect(rows).to_have_count(2)
+        await expect(rows.first).to_contain_text("acknowledge alert")
         await scene.rest.patch("/v1/robots/loner", {"description": "alone"})
         await expect(rows.first).to_contain_text("change robot")
 

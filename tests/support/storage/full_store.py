@@ -8,6 +8,7 @@ from ppaas.people.settings import CountingZone, PeopleSettings
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.tasks.records import Task
 from ppaas.traffic.taking_part import traffic_checkpoint
+from storage.alerts.acknowledgements import CLOUD, Acknowledgement, acknowledge
 from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import MapTask, PlanRecord, Publication
@@ -66,6 +67,8 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     store.put_robot(robot("tb1", user="carl", map="m0", parameters={"traffic": {}}))
     store.save_clone(clone(traffic_checkpoint("m0"), user="carl", nodes={"traffic": b"8"}))
     store.save_clone(clone(coordinator_checkpoint("m0"), nodes={"people_coordinator": b"7"}))
+    for owner in ("ann", CLOUD):
+        acknowledge(store, owner, Acknowledgement(object="robots/tb1", alert="lost", by="bob", time=5.0))
     store.add_people_counts(PeopleCount("ann", "m0", HOUR * number, zone, 7) for number in range(50) for zone in ZONES)
     for number in range(70):
         task = Task(id=f"k{number}", kind="go_to", places=((1.0, 2.0, 0.5),), labels={"lift": "yes"}, reason="é")

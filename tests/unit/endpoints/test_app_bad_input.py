@@ -230,6 +230,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/tasks": {"kind": "go_to", "places": [[1, 1]]},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
+    "/v1/acknowledgements": {"object": "cloud", "alert": "store"},
     "/v1/stop": STOP,
     "/v1/release": STOP,
     "/v1/maps/house/stop": STOP,

@@ -165,6 +165,7 @@ async def test_what_reads_or_computes_is_not_recorded(
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=plan)).status_code == 201
     assert (await client.post("/v1/maps/house/plans?", headers=ann, json=plan)).status_code == 201
     assert (await client.get("/v1/nowhere", headers=ann)).status_code == 404
+    assert (await client.post("/v1/tickets", headers=ann)).status_code == 201  # its connection is recorded
     assert len(events(services)) == before
 
 

@@ -1,15 +1,15 @@
-/** Alerts of the whole cloud, followed also while their page is closed. An acknowledged one is hidden in this tab until it happens again. */
+/** Alerts of the whole cloud, followed also while their page is closed. Those that somebody has acknowledged are apart until they happen again. */
 
 import { isNew } from "../growing_map.js";
 import { refused } from "../rest.js";
-import { brokeOff, failedGoals, failedTasks, faultsOf, lostRobots, robotOf, silentEndpoints } from "./alert_words.js";
+import { brokeOff, failedGoals, failedTasks, faultsOf, isAcknowledged, keyOf, lostRobots, robotOf, silentEndpoints } from "./alert_words.js";
 
-const PERIOD = 10; // between two looks at failed tasks and ends of connections [s]
+const PERIOD = 10; // between two looks at failed tasks, ends of connections and acknowledgements [s]
 const EARLIER = 86_400; // of which ends of connections are read at first [s]
-const KEY = "ppaas-acknowledged";
 
 export class AlertWatch {
-  /** @type {import("./alert_words.js").Alert[]} the newest first */ alerts = [];
+  /** @type {import("./alert_words.js").Alert[]} open ones, the newest first */ alerts = [];
+  /** @type {(import("./alert_words.js").Alert & {by: string, time: number})[]} those that somebody has seen to */ acknowledged = [];
   #context;
   #lookedAt = -Infinity;
   #looking = false;
@@ -17,8 +17,9 @@ export class AlertWatch {
   /** Since when robots are lost, by robot. @type {Map<string, number>} */ #lost = new Map();
   /** Robots that were connected when the cloud was asked last. @type {Set<string>} */ #connected = new Set();
   #endsReadTo = null;
-  /** When alerts of unknown begin were seen first. @type {Map<string, number>} */ #seen = new Map();
-  /** @type {Record<string, number>} begin of acknowledged alerts, by key */ #acknowledged = JSON.parse(sessionStorage.getItem(KEY) ?? "{}");
+  /** When alerts of unknown begin were seen first, and whether they were there at the first look. @type {Map<string, {since: number, earlier: boolean}>} */ #seen = new Map();
+  #first = true;
+  /** @type {Map<string, {by: string, time: number}>} by key */ #acknowledgements = new Map();
 
   /** @param {import("../registry.js").Context} context */
   constructor(context) {
@@ -38,11 +39,11 @@ export class AlertWatch {
     this.#look().catch(failed).finally(done);
   }
 
-  /** Hide an alert. @param {string} key */
-  acknowledge(key) {
-    const alert = this.alerts.find((one) => one.key === key);
-    if (alert) this.#acknowledged = { ...this.#acknowledged, [key]: alert.since };
-    sessionStorage.setItem(KEY, JSON.stringify(this.#acknowledged));
+  /** Acknowledge an alert, for all whom it concerns. @param {string} key */
+  async acknowledge(key) {
+    const { object, alert } = this.alerts.find((one) => one.key === key);
+    const answer = await this.#context.rest.post("v1/acknowledgements", { object, alert });
+    this.#acknowledgements.set(key, answer);
     this.#show();
   }
 
@@ -53,6 +54,8 @@ export class AlertWatch {
     const paths = maps.map((id) => `v1/maps/${encodeURIComponent(id)}/tasks?state=failed`);
     this.#tasks = (await Promise.all(paths.map((path) => rest.list(path).catch(gone)))).flat();
     if (cloud.isAdmin) await this.#readEnds();
+    const acknowledged = await rest.list("v1/acknowledgements");
+    this.#acknowledgements = new Map(acknowledged.map((one) => [keyOf(one), one]));
     this.#show();
   }
 
@@ -89,9 +92,18 @@ export class AlertWatch {
       ...faultsOf(cloud.health), ...silentEndpoints(cloud.endpoints), ...lostRobots(cloud.robots, this.#lost),
       ...failedGoals(fleet.links), ...failedTasks(this.#tasks, cloud.now),
     ];
-    this.#seen = new Map(found.map(({ key, since }) => [key, since ?? this.#seen.get(key) ?? cloud.now]));
-    const dated = found.map((alert) => ({ ...alert, since: this.#seen.get(alert.key) }));
-    const shown = dated.filter(({ key, since }) => (this.#acknowledged[key] ?? -Infinity) < since);
-    this.alerts = shown.sort((a, b) => b.since - a.since || a.key.localeCompare(b.key));
+    const dated = found.map((alert) => ({ ...alert, ...this.#begin(alert, cloud.now) })).sort((a, b) => b.since - a.since || a.key.localeCompare(b.key));
+    this.#seen = new Map(dated.map((alert) => [alert.key, alert]));
+    this.#first = false;
+    const isSeenTo = (alert) => isAcknowledged(alert, this.#acknowledgements.get(alert.key), cloud.now);
+    this.alerts = dated.filter((alert) => !isSeenTo(alert));
+    this.acknowledged = dated.filter(isSeenTo).map((alert) => ({ ...alert, ...this.#acknowledgements.get(alert.key) }));
+  }
+
+  /** When an alert began, as far as this page knows, and whether it began before the page looked. */
+  #begin({ key, since }, now) {
+    if (since !== null) return { since, earlier: false };
+    const { since: seen, earlier } = this.#seen.get(key) ?? { since: now, earlier: this.#first };
+    return { since: seen, earlier };
   }
 }

@@ -1,55 +1,93 @@
 /** What wakes a person: faults of the cloud, of robots and of their goals and tasks, in words. */
 
 import { ENDED_BADLY } from "../messages.js";
+import { mayDrive } from "../shared_robots.js";
 
 /** Time for which a failed task is an alert [s]. */
 export const KEPT = 86_400;
 
+/** Time for which an acknowledgement hides what began before this page looked [s]. */
+export const HELD = 86_400;
+
+const LONGEST = 200; // of the name of an alert [characters]
+
 /**
- * A fault. `since` is when it began [s since the epoch], null if the cloud does not know; `robot` is where to look.
- * @typedef {{key: string, text: string, advice: string, since: number | null, robot?: string}} Alert
+ * A fault. `object` and `alert` are its name in the cloud; `since` is when it began [s since the epoch], null if the
+ * cloud does not know, and `once` whether it cannot begin again; `robot` is where to look.
+ * @typedef {{key: string, object: string, alert: string, text: string, advice: string, since: number | null, once?: boolean, robot?: string}} Alert
  */
+
+/** @returns {Alert} */
+function alertOf(object, alert, text, advice, more = {}) {
+  return { key: keyOf({ object, alert }), object, alert, text, advice, since: null, ...more };
+}
+
+/** Key of an alert, which is that of its acknowledgement. @param {{object: string, alert: string}} named */
+export function keyOf({ object, alert }) {
+  return `${object} ${alert}`;
+}
+
+const shortened = (text) => [...text].slice(0, LONGEST).join("");
 
 const STORES = { store: "The store", map_store: "The map store", audit: "The audit log" };
 
 /** Faults of the cloud itself. @param {object | null} health @returns {Alert[]} */
 export function faultsOf(health) {
   if (!health) return [];
+  const fault = (...alert) => alertOf("cloud", ...alert);
   const found = Object.entries(STORES).filter(([name]) => health[name].state === "away").map(([name, text]) => (
-    { key: name, text: `${text} is away`, advice: health[name].reason ?? "Robots drive on; look at its server", since: null }
+    fault(name, `${text} is away`, health[name].reason ?? "Robots drive on; look at its server")
   ));
-  if (health.master === "away") found.push({ key: "master", text: "No master leads the cloud", advice: "Robots with a container drive on; new ones wait", since: null });
-  if (health.disk && health.disk.state !== "ok") found.push({ key: "disk", text: `The disk is ${health.disk.state}`, advice: health.disk.reason ?? "", since: null });
-  if (health.plans_waiting) found.push({ key: "plans", text: `${health.plans_waiting} paths wait for the store`, advice: "They are stored when it answers", since: null });
+  if (health.master === "away") found.push(fault("master", "No master leads the cloud", "Robots with a container drive on; new ones wait"));
+  if (health.disk && health.disk.state !== "ok") found.push(fault("disk", `The disk is ${health.disk.state}`, health.disk.reason ?? ""));
+  if (health.plans_waiting) found.push(fault("plans", `${health.plans_waiting} paths wait for the store`, "They are stored when it answers"));
   return found;
 }
 
 /** Endpoints that have gone silent. @param {object[] | null} endpoints @returns {Alert[]} */
 export function silentEndpoints(endpoints) {
   return (endpoints ?? []).filter(({ state }) => state === "silent").map(({ id, machine }) => (
-    { key: `endpoint ${id}`, text: `Endpoint ${id} is silent`, advice: `It has not reported its load for a while: look at machine ${machine}`, since: null }
+    alertOf(`endpoints/${id}`, "silent", `Endpoint ${id} is silent`, `It has not reported its load for a while: look at machine ${machine}`)
   ));
 }
 
 /** Robots whose connection was lost. @param {object[]} robots @param {Map<string, number>} lost since when, by robot @returns {Alert[]} */
 export function lostRobots(robots, lost) {
   return robots.filter(({ id, connected }) => connected === false && lost.has(id)).map(({ id }) => (
-    { key: `lost ${id}`, text: `${id} is lost`, advice: "Its connection broke off, and it has not come back", since: lost.get(id), robot: id }
+    alertOf(`robots/${id}`, "lost", `${id} is lost`, "Its connection broke off, and it has not come back", { since: lost.get(id), robot: id })
   ));
 }
 
 /** Robots whose last goal ended badly. @param {import("../robot_link.js").RobotLink[]} links of the shown map @returns {Alert[]} */
 export function failedGoals(links) {
-  return links.filter(({ state }) => state.goal && ENDED_BADLY.has(state.goal.code)).map(({ robot, state: { goal } }) => (
-    { key: `goal ${robot.id} ${goal.id}`, text: `${robot.id} ${goal.word}`, advice: goal.text || "Its goal was not reached", since: null, robot: robot.id }
+  return links.filter(({ state }) => state.goal && ENDED_BADLY.has(state.goal.code)).map(({ robot: { id }, state: { goal } }) => (
+    alertOf(`robots/${id}`, shortened(`goal ${goal.id}`), `${id} ${goal.word}`, goal.text || "Its goal was not reached", { once: true, robot: id })
   ));
 }
 
 /** Tasks that have failed. @param {object[]} tasks @param {number} now [s since the epoch] @returns {Alert[]} */
 export function failedTasks(tasks, now) {
   return tasks.filter(({ state, ended }) => state === "failed" && now - ended < KEPT).map(({ id, map, robot, reason, ended }) => (
-    { key: `task ${id}`, text: `A task on ${map} has failed`, advice: reason, since: ended, ...(robot && { robot }) }
+    alertOf(`maps/${map}/tasks/${id}`, "failed", `A task on ${map} has failed`, reason, { since: ended, ...(robot && { robot }) })
   ));
+}
+
+/**
+ * Whether somebody has seen to an alert: it was acknowledged after it began. Of one that was there when the page first
+ * looked, nobody knows when it began; it counts as acknowledged for a day.
+ * @param {Alert & {earlier: boolean}} alert @param {{time: number} | undefined} acknowledged @param {number} now [s since the epoch]
+ */
+export function isAcknowledged({ since, once, earlier }, acknowledged, now) {
+  if (!acknowledged) return false;
+  if (once) return true;
+  return earlier ? now - acknowledged.time < HELD : since <= acknowledged.time;
+}
+
+/** Whether the user may acknowledge an alert, as the cloud decides it. @param {Alert} alert @param {object[]} robots @param {boolean} isAdmin */
+export function mayAcknowledge({ object }, robots, isAdmin) {
+  const [, kind, name] = /^(\w+)\/?(.*)$/.exec(object);
+  if (kind === "robots") return mayDrive(robots.find(({ id }) => id === name) ?? null);
+  return kind === "maps" || isAdmin;
 }
 
 /** Whether the end of a robot's socket was no farewell. @param {{details: {role?: string, code?: number}}} event of the audit log */

@@ -1,16 +1,16 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-const kept = {};
-globalThis.sessionStorage = { getItem: (key) => kept[key] ?? null, setItem: (key, value) => (kept[key] = value) };
-const { Journal } = await import("../../../../../endpoints/dashboard/static/js/journal.js");
-const { AlertWatch } = await import("../../../../../endpoints/dashboard/static/js/pages/alert_watch.js");
+import { Journal } from "../../../../../endpoints/dashboard/static/js/journal.js";
+import { AlertWatch } from "../../../../../endpoints/dashboard/static/js/pages/alert_watch.js";
 
 const ok = { state: "ok", reason: null };
 const robot = (id, connected) => ({ id, map: "office", connected });
 
-function scene({ isAdmin = false, robots = [], tasks = [], events = [] }) {
+function scene({ isAdmin = false, robots = [], tasks = [], events = [], acknowledged = [] }) {
   const asked = [];
+  const list = async (path) => (asked.push(path), path === "v1/acknowledgements" ? acknowledged : tasks);
+  const post = async (path, one) => (asked.push(path), acknowledged.push({ ...one, by: "ann", time: 1000 }), acknowledged.at(-1));
   return {
     asked,
     cloud: {
@@ -20,7 +20,7 @@ function scene({ isAdmin = false, robots = [], tasks = [], events = [] }) {
     fleet: { links: [] },
     journal: new Journal(),
     failed: (error) => assert.fail(error),
-    rest: { list: async (path) => (asked.push(path), tasks), get: async (path) => (asked.push(path), { items: events }) },
+    rest: { list, post, get: async (path) => (asked.push(path), { items: events }) },
   };
 }
 
@@ -54,22 +54,34 @@ test("administrators learn from the audit log whether a connection broke off, al
   assert.deepEqual(context.journal.entries, []);
 });
 
-test("an acknowledged alert is hidden, also after a reload, until it happens again", async () => {
+test("an acknowledged alert is apart, on all pages, until it happens again", async () => {
   const task = { id: "t1", map: "office", robot: null, reason: "too late", state: "failed", ended: 900 };
   const context = scene({ tasks: [task] });
   const watch = new AlertWatch(context);
   watch.update();
   await settled();
-  watch.acknowledge("task t1");
+  await watch.acknowledge("maps/office/tasks/t1 failed");
   assert.deepEqual(watch.alerts, []);
-  const reloaded = new AlertWatch(context);
-  reloaded.update();
+  const acknowledged = await context.rest.list("v1/acknowledgements");
+  const other = new AlertWatch(scene({ tasks: [task], acknowledged }));
+  other.update();
   await settled();
-  assert.deepEqual(reloaded.alerts, []);
-  const again = new AlertWatch(scene({ tasks: [{ ...task, ended: 950 }] }));
+  assert.deepEqual(other.alerts, []);
+  assert.deepEqual(other.acknowledged.map(({ key, by, time }) => [key, by, time]), [["maps/office/tasks/t1 failed", "ann", 1000]]);
+  const again = new AlertWatch(scene({ tasks: [{ ...task, ended: 1050 }], acknowledged }));
   again.update();
   await settled();
   assert.equal(again.alerts.length, 1);
+});
+
+test("an acknowledgement that is refused leaves the alert open", async () => {
+  const context = scene({ tasks: [{ id: "t1", map: "office", robot: null, reason: "too late", state: "failed", ended: 900 }] });
+  context.rest.post = async () => Promise.reject(new Error("the store is away"));
+  const watch = new AlertWatch(context);
+  watch.update();
+  await settled();
+  await assert.rejects(watch.acknowledge("maps/office/tasks/t1 failed"), /the store is away/);
+  assert.equal(watch.alerts.length, 1);
 });
 
 test("a fault of unknown begin counts from when it was seen, and its end forgets that", async () => {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { brokeOff, failedGoals, failedTasks, faultsOf, lostRobots, robotOf, silentEndpoints } from "../../../../../endpoints/dashboard/static/js/pages/alert_words.js";
+import { HELD, brokeOff, failedGoals, failedTasks, faultsOf, isAcknowledged, lostRobots, mayAcknowledge, robotOf, silentEndpoints } from "../../../../../endpoints/dashboard/static/js/pages/alert_words.js";
 
 const ok = { state: "ok", reason: null };
 const HEALTH = { store: ok, map_store: ok, audit: ok, master: "ok", disk: { state: "ok", reason: null }, plans_waiting: 0 };
@@ -15,7 +15,7 @@ test("a cloud that is well has no fault", () => {
 test("each fault of the cloud is named, with its reason if one is known", () => {
   const ill = { ...HEALTH, store: { state: "away", reason: "no route to host" }, map_store: { state: "away", reason: null }, master: "away", disk: { state: "full", reason: "free 2 GiB" }, plans_waiting: 7 };
   const found = faultsOf(ill);
-  assert.deepEqual(found.map(({ key }) => key), ["store", "map_store", "master", "disk", "plans"]);
+  assert.deepEqual(found.map(({ object, alert }) => [object, alert]), ["store", "map_store", "master", "disk", "plans"].map((name) => ["cloud", name]));
   assert.equal(found[0].advice, "no route to host");
   assert.match(found[1].advice, /Robots drive on/);
   assert.match(found[4].text, /^7 paths wait/);
@@ -32,6 +32,30 @@ test("silent endpoints, lost robots, failed goals and failed tasks are alerts", 
   assert.deepEqual(failedGoals([goal(3), goal(1), { robot: { id: "tb2" }, state: { goal: null } }]), []);
   const task = (state, ended) => ({ id: "t", map: "office", robot: null, reason: "too late", state, ended });
   assert.deepEqual(failedTasks([task("failed", 100), task("cancelled", 100), task("failed", 200_000)], 200_001).map(({ since }) => since), [200_000]);
+});
+
+test("an acknowledgement counts for what began before it", () => {
+  const given = { time: 100 };
+  assert.equal(isAcknowledged({ since: 90 }, undefined, 110), false);
+  assert.equal(isAcknowledged({ since: 90, earlier: false }, given, 110), true);
+  assert.equal(isAcknowledged({ since: 105, earlier: false }, given, 110), false);
+  assert.equal(isAcknowledged({ since: 105, earlier: false, once: true }, given, 110), true); // a goal fails once
+  assert.equal(isAcknowledged({ since: 105, earlier: true }, given, 110), true); // it was there when the page was opened
+  assert.equal(isAcknowledged({ since: 105, earlier: true }, given, 100 + HELD), false);
+});
+
+test("who may not drive a robot, or administer the cloud, is offered no acknowledgement", () => {
+  const robots = [{ id: "tb1", role: "administer" }, { id: "bob:tb2", role: "look" }];
+  const may = (object, isAdmin) => mayAcknowledge({ object }, robots, isAdmin);
+  assert.deepEqual([may("robots/tb1", false), may("robots/bob:tb2", true), may("robots/gone", true)], [true, false, false]);
+  assert.deepEqual([may("maps/office/tasks/t1", false), may("cloud", false), may("endpoints/e1", true)], [true, false, true]);
+});
+
+test("the name of a goal's alert has at most 200 characters, none of them cut", () => {
+  const goal = { code: 4, id: "🤖".repeat(300), word: "gave up", text: "" };
+  const [{ alert }] = failedGoals([{ robot: { id: "tb1" }, state: { goal } }]);
+  assert.equal([...alert].length, 200);
+  assert.ok(alert.isWellFormed());
 });
 
 test("a farewell is no loss, and operators are no robots", () => {
