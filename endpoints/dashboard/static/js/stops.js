@@ -10,15 +10,16 @@ import { toast } from "./toasts.js";
 export class Stops {
   /** Button of the card. */ button = make("button", { className: "button stop", type: "button", onclick: () => this.#press() });
   #rest;
-  #me = "";
+  #cloud;
   /** @type {import("./stops_state.js").Stop[]} */ #stops = [];
   #robot = null;
   #releasing = null;
   #poller = new Poller(() => this.#poll(), { well: () => undefined, failed: () => undefined });
 
-  /** @param {import("./rest.js").Rest} rest */
-  constructor(rest) {
+  /** @param {import("./rest.js").Rest} rest @param {import("./cloud_state.js").CloudState} cloud */
+  constructor(rest, cloud) {
     this.#rest = rest;
+    this.#cloud = cloud;
     byId("stop-all").addEventListener("click", () => this.#stop("v1/stop", "All robots are stopped"));
     byId("release-yes").addEventListener("click", () => this.#release());
     byId("release-no").addEventListener("click", () => byId("release").close());
@@ -39,15 +40,18 @@ export class Stops {
   }
 
   async #poll() {
-    if (!this.#me) this.#me = (await this.#rest.get("v1/users/me")).id;
     this.#stops = await this.#rest.list("v1/stops");
     this.#draw();
   }
 
   #draw() {
     byId("stopped").hidden = !this.#stops.length;
-    show(byId("stopped"), this.#stops, ({ user, scope, name }) => `${user}/${scope}/${name}`, (stop) => this.#create(stop), (item, stop) => say(item.firstChild, inWords(stop, this.#me)));
+    show(byId("stopped"), this.#stops, ({ user, scope, name }) => `${user}/${scope}/${name}`, (stop) => this.#create(stop), (item, stop) => say(item.firstChild, this.#words(stop)));
     this.select(this.#robot);
+  }
+
+  #words(stop) {
+    return inWords(stop, this.#cloud.me?.id ?? stop.user); // the first look at stops may come before the user's name
   }
 
   #create(stop) {
@@ -75,14 +79,14 @@ export class Stops {
 
   #ask(stop) {
     this.#releasing = stop;
-    say(byId("release-text"), `${inWords(stop, this.#me)}. Robots drive on to their goals at once.`);
+    say(byId("release-text"), `${this.#words(stop)}. Robots drive on to their goals at once.`);
     byId("release").showModal();
   }
 
   async #release() {
     byId("release").close();
     try {
-      const { left } = await this.#rest.post(releasePath(this.#releasing, this.#me), {});
+      const { left } = await this.#rest.post(releasePath(this.#releasing, this.#cloud.me?.id), {});
       toast(left.length ? `Released; ${left.length === 1 ? "another stop is" : "other stops are"} in force` : "Released", "good");
     } catch (error) {
       toast(error.message, "bad");
@@ -91,7 +95,7 @@ export class Stops {
   }
 }
 
-addCardPart(4, ({ rest }) => {
-  const stops = new Stops(rest);
+addCardPart(4, ({ rest, cloud }) => {
+  const stops = new Stops(rest, cloud);
   return { element: stops.button, update: (link) => stops.select(link?.robot ?? null) };
 });
