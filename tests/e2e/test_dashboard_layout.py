@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import pytest
 from playwright.async_api import Browser, Locator, Page, expect
 
-from tests.support.cloud.browser import PHONE, browsing, enter, looking
+from tests.e2e.test_dashboard_zones import zones
+from tests.support.cloud.browser import DESK, PHONE, browsing, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.zones import ZonesOfMap
@@ -138,6 +139,83 @@ async def test_loads_are_marked_as_old_while_the_cloud_does_not_answer(fleet: Fl
         await context.set_offline(False)
         await expect(note).to_be_hidden()
         await expect(load).to_have_css("border-style", "solid")
+    await context.close()
+
+
+async def test_the_bar_of_a_small_desk_shows_all_pages(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=DESK)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        assert await page.locator("#pages").evaluate("one => one.scrollWidth <= one.clientWidth"), "pages are cut"
+        logout = await box(page.get_by_role("button", name="Log out"))
+        assert logout["height"] <= 46 and logout["x"] + logout["width"] <= DESK["width"]
+    await context.close()
+
+
+async def test_the_bar_of_a_phone_has_room_for_the_name_of_the_map(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=PHONE, has_touch=True)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        assert (await box(page.locator("#map-choice")))["width"] >= 110
+        for name in ("STOP ALL", "Fleet", "Log out"):
+            button = await box(page.get_by_role("button", name=name, exact=True))
+            assert button["width"] >= 40 and button["height"] >= 44, name
+            assert button["x"] + button["width"] <= PHONE["width"], name
+    await context.close()
+
+
+async def test_no_message_hides_who_has_stopped_the_robots_on_a_phone(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=PHONE, has_touch=True)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        await page.get_by_role("button", name="STOP ALL").tap()
+        await expect(page.locator("#stopped")).to_contain_text("stopped by ann")
+        assert not overlap(await box(page.locator("#stopped")), await box(page.locator(".toast").last))
+    await context.close()
+
+
+async def test_the_map_does_not_wait_for_a_goal_of_a_robot_that_is_not_connected(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        for robot, tool in (("tb0", "drive"), (f"tb{ROBOTS - 1}", "look")):
+            await page.locator("#robots").get_by_role("button", name=robot).first.click()
+            await expect(page.locator(f"#tool-{tool}")).to_have_attribute("aria-pressed", "true")
+    await context.close()
+
+
+async def test_what_is_wrong_with_a_robot_is_seen_on_a_phone(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=PHONE, has_touch=True)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        await page.get_by_role("button", name="Robots", exact=True).tap()
+        await page.locator("#robots .robot").last.tap()
+        await page.get_by_text("What is wrong?").tap()
+        finding = page.locator("#robot-card .finding").first
+        await expect(finding).to_contain_text("is not connected")
+        inner, outer = await box(finding), await box(page.locator("#robot-card .diagnosis"))
+        assert outer["y"] + outer["height"] >= inner["y"] + inner["height"]
+    await context.close()
+
+
+async def test_a_change_that_waits_leaves_room_for_the_form_of_a_zone(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=WIDE)
+    review = {
+        "number": 4, "version": "0" * 64, "author": "ann", "message": "a pallet", "state": "waiting", "outdated": False,
+        "occupied": 3, "free": 0, "known": 0, "unknown": 0, "rectangles": [],
+    }  # fmt: skip
+    waiting = {"items": [review], "next": None}
+    await context.route("**/v1/maps/office/reviews?*", lambda route: route.fulfill(json=waiting))
+    async with looking(context) as page:
+        await ZonesOfMap(zones({"name": "Dock", "kind": "keep_out"}), ["Dock"]).answer(page)
+        await fleet.enter(page)
+        await expect(page.locator("#reviews")).to_contain_text("a pallet")
+        await page.locator("#zones .robot").click()
+        form = page.locator(".zone-form")
+        await form.scroll_into_view_if_needed()
+        shown, panel = await box(form), await box(page.locator("#panel-robots"))
+        seen = min(shown["y"] + shown["height"], panel["y"] + panel["height"]) - max(shown["y"], panel["y"])
+        assert seen >= min(shown["height"], 400), f"{seen} px of the form are visible"
     await context.close()
 
 

@@ -3,17 +3,17 @@
 import zlib
 from collections.abc import Iterator
 from contextlib import AsyncExitStack
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
 from endpoints.resources.services import Services
-from endpoints.rest.dependencies import AnyCaller, Provided, readable_head
-from endpoints.rest.names import MapId
+from endpoints.rest.dependencies import AnyCaller, Provided, check_unscoped, readable_head
+from endpoints.rest.names import MapId, Version
 from endpoints.rest.openapi import KNOWN, problems
 from ppaas.maps.formats.map_files import open_grid
 from storage.versions import IMAGE, YAML
@@ -35,13 +35,26 @@ _DESCRIBED: dict[int | str, dict[str, Any]] = {
 
 
 @router.get("/{map_id}/cells", response_class=Response, responses=_DESCRIBED | KNOWN | problems(404))
-async def fetch_cells(map_id: MapId, request: Request, services: Provided, user: AnyCaller) -> Response:
+async def fetch_cells(
+    map_id: MapId,
+    request: Request,
+    services: Provided,
+    user: AnyCaller,
+    version: Annotated[
+        Version | None,
+        Query(
+            description="SHA-256 of the files of a version, also of one that waits for a review; default: the current"
+        ),
+    ] = None,
+) -> Response:
     """Return the cells of a map, one byte each, in the order of `nav_msgs/OccupancyGrid`."""
+    if version is not None:
+        check_unscoped(user)
     await readable_head(services, user, map_id)
     turn = AsyncExitStack()
     await turn.enter_async_context(services.heavy_work.turn_of_user(user.id))
     try:
-        cells = await run_in_threadpool(_cells, services, map_id)
+        cells = await run_in_threadpool(_cells, services, map_id, version)
         return CellsResponse(cells, turn, compressed="gzip" in request.headers.get("accept-encoding", ""))
     except BaseException:
         await turn.aclose()
@@ -74,9 +87,9 @@ class CellsResponse(StreamingResponse):
             await super().__call__(scope, receive, send)
 
 
-def _cells(services: Services, map_id: str) -> Iterator[bytes]:
+def _cells(services: Services, map_id: str, version: str | None) -> Iterator[bytes]:
     """Return the cells in blocks of rows; errors of the map are raised before the first block."""
-    with services.map_store.open_map(map_id, only=(YAML, IMAGE)) as opened:
+    with services.map_store.open_map(map_id, version, only=(YAML, IMAGE)) as opened:
         grid = open_grid(*opened.grid())
     return (np.ascontiguousarray(rows).data.cast("B").tobytes() for _, rows in grid.blocks())
 

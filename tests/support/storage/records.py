@@ -106,12 +106,17 @@ def put_map(store: MapStore, given: GivenMap, keeps: frozenset[str] = frozenset(
 
 
 def propose(
-    store: MapStore, given: GivenMap, base: str | None = None, keeps: frozenset[str] = frozenset(), **said: Any
+    store: MapStore,
+    given: GivenMap,
+    base: str | None = None,
+    keeps: frozenset[str] = frozenset(),
+    change: ProposedChange | None = None,
+    **said: Any,
 ) -> MapReview:
     """Propose a version of a map, made from its current version by default."""
     told = {"author": given.owner, "created": given.created, "owner": given.owner} | said
     places = ConfirmedPlaces("tb1", left=((1.25, -0.5),))
-    change = ProposedChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
+    change = change or ProposedChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
     with store.stage() as upload:
         for part, data in given.files.items():
             upload.add(part, [data])

@@ -12,9 +12,10 @@ import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
 import { ENDED_BADLY } from "./messages.js";
 import { Orders } from "./orders.js";
-import { Pages, closePage } from "./pages.js";
+import { Pages, closePage, openPage } from "./pages.js";
 import { showPanel } from "./panels.js";
 import { People } from "./people.js";
+import { PlacePicker } from "./place_picker.js";
 import { Poller } from "./poller.js";
 import { createCardParts } from "./registry.js";
 import { Refused, Unreachable } from "./rest.js";
@@ -49,6 +50,7 @@ export class Dashboard {
   #people;
   #traffic;
   #zones;
+  #places;
   #pages;
   #poller;
   #starting = "";
@@ -61,20 +63,24 @@ export class Dashboard {
     const events = { changed: () => this.#stage?.renderer.ask(), ended: this.#ended, told: this.#told };
     this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
     const pick = (point, reach) => [this.#people, this.#zones].forEach((part) => part.pickAt(point, reach));
-    const drawing = () => (this.#zones.isDrawing ? this.#zones : null);
+    const drawing = () => [this.#places, this.#zones].find(({ isDrawing }) => isDrawing) ?? null;
     this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#orders.pick(pose), pick, drawing });
     const told = { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) };
     this.#orders = new Orders(this.#fleet, this.#tools, rest, { changed: () => this.#refresh(), ask: told.ask, release: () => this.#select(null) });
     this.#people = new People(rest, told);
     this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
-    this.#zones = new Zones(rest, { ...told, draws: (on) => this.#tools.pause(on) });
+    const draws = (hint) => this.#tools.pause(hint);
+    this.#zones = new Zones(rest, { ...told, draws });
+    this.#places = new PlacePicker({ ...told, draws });
+    this.#stage.renderer.put("places", this.#places);
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
     for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
     this.#table = new FleetTable((robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     const context = {
       rest, cloud: this.#cloud, fleet: this.#fleet, journal: this.#journal, failed: told.failed, ask: told.ask,
-      goTo: (robot) => this.#goTo(robot),
+      goTo: (robot) => this.#goTo(robot), chooseMap: (id) => this.#maps.choose(id),
+      pickPlaces: (...wanted) => this.#pickPlaces(...wanted),
     };
     this.#card = new RobotCard(this.#orders, createCardParts(context));
     this.#maps = new MapChoice(() => this.#otherMap());
@@ -189,6 +195,7 @@ export class Dashboard {
   // -- from the user
 
   #otherMap() {
+    this.#places.drop();
     this.#select(null);
     this.#fleet.close();
     this.#cloud.map = this.#maps.current;
@@ -201,6 +208,16 @@ export class Dashboard {
     closePage();
     this.#maps.choose(map);
     this.#select(id);
+  }
+
+  /** Pick places on the map for a page, which is shown again afterwards. */
+  #pickPlaces(most, page, done) {
+    closePage();
+    showPanel(""); // on a phone, it would hide half of the map
+    this.#places.begin(most, (places) => {
+      openPage(page);
+      done(places);
+    });
   }
 
   #switch(layer, on) {

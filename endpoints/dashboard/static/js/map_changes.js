@@ -2,10 +2,21 @@
 
 import { MapPanel, partnersOf } from "./map_panel.js";
 
+/**
+ * What the user decides about versions that wait.
+ * @param {import("./rest.js").Rest} rest @param {(order: Promise<object>, done: string) => Promise<void>} ask @param {() => string} pathOf path of the map
+ */
+export function decisions(rest, ask, pathOf) {
+  const decide = ({ number }, decision, body, done) => ask(rest.post(`${pathOf()}/reviews/${number}/${decision}`, body), done);
+  return {
+    approve: (review, why) => decide(review, "approve", { why, force: review.outdated }, "Approved: robots go on with it"),
+    refuse: (review, why) => decide(review, "refuse", { why }, "Refused"),
+  };
+}
+
 export class MapChanges {
   #panel;
   #rest;
-  #events;
   #mark;
   #path = "";
 
@@ -15,11 +26,9 @@ export class MapChanges {
    */
   constructor(rest, events, mark) {
     this.#rest = rest;
-    this.#events = events;
     this.#mark = mark;
     this.#panel = new MapPanel({
-      approve: (review, why) => this.#decide(review, "approve", { why, force: review.outdated }, "Approved: robots go on with it"),
-      refuse: (review, why) => this.#decide(review, "refuse", { why }, "Refused"),
+      ...decisions(rest, events.ask, () => this.#path),
       merge: (other, into) => events.ask(rest.post(`${this.#path}/merge`, { with: other, into }), `${into} is merged of both maps`),
     });
   }
@@ -32,9 +41,5 @@ export class MapChanges {
     const waiting = reviews.filter(({ state }) => state === "waiting");
     this.#panel.update(waiting, partnersOf(maps, current));
     this.#mark(waiting.flatMap(({ rectangles }) => rectangles));
-  }
-
-  #decide({ number }, decision, body, done) {
-    return this.#events.ask(this.#rest.post(`${this.#path}/reviews/${number}/${decision}`, body), done);
   }
 }

@@ -19,6 +19,25 @@ export function partnersOf(maps, id) {
   return mapped.some((map) => map.id === id) ? mapped.filter((map) => map.id !== id) : [];
 }
 
+/**
+ * An item for a version that waits, with what the user may decide.
+ * @param {object} review @param {{approve: (review: object, why: string) => void, refuse: (review: object, why: string) => void}} orders
+ */
+export function createReview(review, orders) {
+  const why = make("input", { name: "why", maxLength: 200, placeholder: "Reason", "aria-label": "Reason" });
+  const order = (name, className, textContent) =>
+    make("button", { className, type: "button", textContent, onclick: () => orders[name](review, why.value) });
+  return make("li", { className: "review" }, make("p", { className: "name" }), make("p", { className: "muted" }), why,
+    make("div", { className: "actions" }, order("approve", "button", "Approve"), order("refuse", "button stop", "Refuse")));
+}
+
+/** Say what a version changes. @param {HTMLElement} item @param {object} review */
+export function fillReview(item, review) {
+  const [title, change] = item.children;
+  say(title, `${review.number} by ${review.author}${review.message && `: ${review.message}`}`);
+  say(change, changeOf(review) + (review.outdated ? ". Made from a version that is not the current one" : ""));
+}
+
 export class MapPanel {
   #panel = byId("panel-map");
   #reviews = byId("reviews");
@@ -39,25 +58,10 @@ export class MapPanel {
   update(reviews, partners) {
     this.#panel.hidden = !reviews.length && !partners.length;
     say(byId("review-count"), reviews.length ? String(reviews.length) : "");
-    show(this.#reviews, reviews, ({ number }) => String(number), (review) => this.#create(review), (item, review) => this.#fill(item, review));
+    show(this.#reviews, reviews, ({ number }) => String(number), (review) => createReview(review, this.#orders), fillReview);
     byId("merge").hidden = !partners.length;
     const select = this.#merge.querySelector("select");
     show(select, partners, ({ id }) => id, ({ id }) => make("option", { value: id, textContent: id }), () => {});
-  }
-
-  #create(review) {
-    const why = make("input", { name: "why", maxLength: 200, placeholder: "Reason" });
-    const order = (name, className, textContent) =>
-      make("button", { className, type: "button", textContent, onclick: () => this.#orders[name](review, why.value) });
-    return make("li", { className: "review" }, make("p", { className: "name" }), make("p", { className: "muted" }),
-      make("label", {}, "Reason", why),
-      make("div", { className: "actions" }, order("approve", "button", "Approve"), order("refuse", "button stop", "Refuse")));
-  }
-
-  #fill(item, review) {
-    const [title, change] = item.children;
-    say(title, `${review.number} by ${review.author}${review.message && `: ${review.message}`}`);
-    say(change, changeOf(review) + (review.outdated ? ". Made from a version that is not the current one" : ""));
   }
 
   #mergeForm() {

@@ -23,7 +23,7 @@ export class Orders {
   /** Take the tool for a robot that was selected. */
   begin() {
     const link = this.#fleet.selected;
-    if (link?.connected && mayDrive(link.robot)) this.#tools.pick("drive");
+    if (link) this.#tools.pick(link.connected && mayDrive(link.robot) ? "drive" : "look");
   }
 
   /** Do what the tool does with a place that was picked on the map. @param {import("./geometry.js").Pose} pose */

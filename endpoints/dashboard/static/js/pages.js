@@ -12,9 +12,15 @@ export function closePage() {
   if (location.hash) location.hash = "";
 }
 
+/** Show a page. @param {string} id */
+export function openPage(id) {
+  location.hash = id;
+}
+
 export class Pages {
   /** @type {Map<string, import("./registry.js").Page>} */ #made = new Map();
   #open = "";
+  #updated = false;
   #failed;
   #title = make("h2", { className: "page-title", tabIndex: -1 });
   #note = make("p", { className: "error", role: "alert" });
@@ -34,6 +40,8 @@ export class Pages {
 
   /** Show what the cloud said last. */
   update() {
+    if (!this.#updated) this.#poller.now(); // what a page that the address names asked before, no map was chosen for
+    this.#updated = true;
     for (const page of this.#made.values()) page.update?.();
     this.#showLinks();
   }

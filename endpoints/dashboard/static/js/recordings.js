@@ -43,7 +43,8 @@ export function fileOf(robot, id) {
   return `${robot.replaceAll(":", "-")}-${id}.mcap`;
 }
 
-function save(blob, name) {
+/** Save a file that was fetched. @param {Blob} blob @param {string} name */
+export function save(blob, name) {
   const url = URL.createObjectURL(blob);
   make("a", { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 60_000); // the browser may ask where to first

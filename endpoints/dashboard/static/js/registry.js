@@ -6,6 +6,8 @@
  *   rest: import("./rest.js").Rest, cloud: import("./cloud_state.js").CloudState, fleet: import("./fleet.js").Fleet,
  *   journal: import("./journal.js").Journal, failed: (error: Error) => void,
  *   ask: (order: Promise<unknown>, done: string) => Promise<void>, goTo: (robot: {id: string, map: string}) => void,
+ *   chooseMap: (id: string) => void,
+ *   pickPlaces: (most: number, page: string, done: (places: import("./geometry.js").Point[]) => void) => void,
  * }} Context
  */
 

@@ -3,7 +3,7 @@
 import { MapPicture } from "./map_picture.js";
 import { body, dashes, dots, label, line, target } from "./shapes.js";
 
-/** @typedef {"zones" | "traffic" | "people"} Extra a layer that is not one of robots */
+/** @typedef {"zones" | "traffic" | "people" | "places"} Extra a layer that is not one of robots */
 
 const LEAST = 8; // pixels: a robot seen from afar is still found
 
@@ -11,8 +11,8 @@ export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
   /**
-   * What else is drawn: zones and the traffic, below robots, and people, above their paths and goals.
-   * @type {Map<Extra, import("./zones_layer.js").ZonesLayer | import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer>}
+   * What else is drawn: zones and the traffic, below robots; people, above their paths and goals; picked places above all.
+   * @type {Map<Extra, import("./zones_layer.js").ZonesLayer | import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer | import("./place_picker.js").PlacePicker>}
    */
   #layers = new Map();
   /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
@@ -99,6 +99,7 @@ export class Renderer {
     for (const link of links) this.#drawTarget(context, link);
     this.#layers.get("people")?.draw(context, this.#view);
     for (const link of links) this.#drawRobot(context, link);
+    this.#layers.get("places")?.draw(context, this.#view);
     if (this.#aim) target(context, this.#aim.from, this.#aim.theta, this.#aim.colour, this.#theme.halo);
   }
 

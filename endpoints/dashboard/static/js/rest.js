@@ -157,12 +157,21 @@ export class Rest {
     return found;
   }
 
-  /** A map and its cells. @param {string} id @returns {Promise<import("./grid.js").Grid & {version: string}>} */
-  async grid(id) {
+  /** Send a form with files. @param {string} path @param {FormData} body */
+  upload(path, body) {
+    return ask(path, { method: "POST", headers: this.#headers, body }, json, PATIENCE_FOR_FILES);
+  }
+
+  /**
+   * A map and its cells.
+   * @param {string} id @param {string} [wanted] one of its versions, also one that waits for a review; else the current one
+   * @returns {Promise<import("./grid.js").Grid & {version: string}>}
+   */
+  async grid(id, wanted = "") {
     const path = `v1/maps/${encodeURIComponent(id)}`;
     const [{ resolution, width, height, origin, version }, data] = await Promise.all([
-      this.get(path),
-      ask(`${path}/cells`, { headers: this.#headers }, bytes, PATIENCE_FOR_MAPS),
+      this.get(wanted ? `${path}/versions/${wanted}` : path),
+      ask(`${path}/cells${wanted && `?version=${wanted}`}`, { headers: this.#headers }, bytes, PATIENCE_FOR_MAPS),
     ]);
     const cells = new Int8Array(data);
     if (cells.length !== width * height) throw new Unreachable("the map was changed while it was read");

@@ -31,7 +31,7 @@ export class Stage {
    * @param {import("./tools.js").Tools} tools
    * @param {{select: (id: string | null) => void, order: (pose: import("./geometry.js").Pose) => void,
    *          pick: (point: import("./geometry.js").Point, reach: number) => void,
-   *          drawing: () => import("./zones.js").Zones | null}} orders who takes clicks while the user draws, if anybody
+   *          drawing: () => import("./zones.js").Zones | import("./place_picker.js").PlacePicker | null}} orders who takes clicks while the user draws, if anybody
    */
   constructor(fleet, tools, orders) {
     this.#fleet = fleet;

@@ -16,7 +16,7 @@ export class Tools {
   /** @type {Tool} */ current = "look";
   #robot = null;
   #mayDrive = false;
-  /** Whether clicks on the map are corners of a zone, which no tool takes. */ #paused = false;
+  /** What clicks on the map mean while no tool takes them; empty otherwise. */ #paused = "";
 
   /** @param {(tool: Tool) => void} picked */
   constructor(picked) {
@@ -38,14 +38,14 @@ export class Tools {
     this.#show();
   }
 
-  /** Pause all tools while the user draws on the map, and take the one before up again. @param {boolean} paused */
-  pause(paused) {
-    this.#paused = paused;
+  /** Pause all tools while clicks on the map mean something else, and take the one before up again. @param {string} hint what they mean; empty to go on */
+  pause(hint) {
+    this.#paused = hint;
     this.#show();
   }
 
   #hint() {
-    if (this.#paused) return "Click on the map to draw; Escape cancels";
+    if (this.#paused) return this.#paused;
     if (this.#robot !== null && !this.#mayDrive) return `You may look at ${this.#robot}, not drive it`;
     return HINTS[this.current]?.(this.#robot) ?? "";
   }
@@ -54,7 +54,7 @@ export class Tools {
     for (const tool of TOOLS) {
       const button = byId(`tool-${tool}`);
       button.setAttribute("aria-pressed", String(tool === this.current && !this.#paused));
-      button.disabled = this.#paused || (tool !== "look" && !this.#mayDrive);
+      button.disabled = Boolean(this.#paused) || (tool !== "look" && !this.#mayDrive);
     }
     byId("map").dataset.tool = this.current;
     say(byId("hint"), this.#hint());

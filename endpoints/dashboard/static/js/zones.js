@@ -11,6 +11,7 @@ import { ZonesState } from "./zones_state.js";
 
 const PERIOD = 10_000; // ms between two looks at which are in force
 const PAUSE = 400; // ms without a change after which a draft is checked
+const HINT = "Click on the map to draw; Escape cancels";
 const CONFLICTS = new Set([409, 412]);
 const NONE = { body: null, tag: null };
 
@@ -27,7 +28,7 @@ export class Zones {
   #isSaving = false;
   /** Timer of the next check of the draft. */ #check = 0;
 
-  /** @param {import("./rest.js").Rest} rest @param {{changed: () => void, draws: (on: boolean) => void}} events */
+  /** @param {import("./rest.js").Rest} rest @param {{changed: () => void, draws: (hint: string) => void}} events */
   constructor(rest, events) {
     this.#rest = rest;
     this.#events = events;
@@ -113,7 +114,7 @@ export class Zones {
   #draw(drawing) {
     this.layer.drawing = drawing;
     byId("map").toggleAttribute("data-drawing", drawing !== null);
-    this.#events.draws(drawing !== null);
+    this.#events.draws(drawing ? HINT : "");
     if (drawing) byId("map").focus({ preventScroll: true });
     this.#show();
   }

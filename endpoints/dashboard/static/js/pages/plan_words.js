@@ -40,10 +40,16 @@ export const OF_PLAN = [
 ];
 
 /** The share of all paths that were not computed. @param {object[]} planners @returns {number | null} */
-export function reuseOf(planners) {
+function reuseOf(planners) {
   const sum = (name) => planners.reduce((total, planner) => total + planner[name], 0);
   const again = sum("reused") + sum("stitched");
   return again + sum("computed") ? again / (again + sum("computed")) : null;
+}
+
+/** How often paths were used again, in words. @param {object[]} planners */
+export function reuseText(planners) {
+  const reuse = reuseOf(planners);
+  return reuse === null ? "No path was asked for yet." : `Of the paths that were asked for, ${percent(reuse)} were not computed.`;
 }
 
 /** What is stored, and what that saves. @param {object} statistics @param {(bytes: number) => string} size */

@@ -5,7 +5,7 @@ import { bytes } from "../format.js";
 import { isNew } from "../growing_map.js";
 import { addPage } from "../registry.js";
 import { timeText } from "./event_words.js";
-import { OF_PLAN, OF_PLANNER, percent, reuseOf, storedText } from "./plan_words.js";
+import { OF_PLAN, OF_PLANNER, reuseText, storedText } from "./plan_words.js";
 
 const MOST = 50;
 
@@ -33,7 +33,7 @@ class PlansPage {
     const path = `v1/maps/${encodeURIComponent(map)}`;
     const [{ planners }, statistics, { items }] = await Promise.all([rest.get(`${path}/evaluation`), rest.get(`${path}/plan_statistics`), rest.get(`${path}/plans?limit=${MOST}`)]);
     if (map !== cloud.map) return; // another one was chosen meanwhile
-    say(this.#note, `${storedText(statistics, bytes)}. Of the paths that were asked for, ${percent(reuseOf(planners))} were not computed.`);
+    say(this.#note, `${storedText(statistics, bytes)}. ${reuseText(planners)}`);
     this.#planners.show(planners, ({ planner }) => planner, "");
     this.#plans.show(items, ({ plan_id: id }) => id, ({ created }) => timeText(created, cloud.now));
   }

@@ -35,7 +35,7 @@ class RobotsPage {
     const { cloud } = this.#context;
     fillSelect(this.#map, cloud.maps.map(({ id }) => id));
     fillSelect(this.#model, [...cloud.radii.keys()]);
-    const mine = cloud.robots.filter(({ role }) => role === "administer");
+    const mine = cloud.robots.filter(({ role }) => role === "administer").sort((a, b) => a.id.localeCompare(b.id, undefined, { numeric: true }));
     this.#none.hidden = mine.length > 0;
     show(this.#list, mine, ({ id }) => id, (robot) => this.#create(robot), (item, { map, model, connected }) => {
       const [presence, where] = item.children[1].children;

@@ -2,7 +2,7 @@
 
 import { make, say } from "../dom.js";
 import { orderForm } from "../order_form.js";
-import { labelsOf, placesOf } from "./task_words.js";
+import { MOST_PLACES, labelsOf, lineOf, placesOf } from "./task_words.js";
 
 const KINDS = { go_to: "Go to a place", pick_drop: "Pick at one place, drop at another", patrol: "Patrol along places" };
 
@@ -16,23 +16,38 @@ export class TaskForm {
   #roundsLabel = make("label", {}, "Rounds", this.#rounds);
   #error = make("p", { className: "error", role: "alert" });
   #now;
+  #pick;
 
   element = make("details", { className: "go" }, make("summary", { textContent: "Add a task" }));
 
-  /** @param {(task: object) => Promise<void>} add @param {() => number} now clock of the cloud [s since the epoch] */
-  constructor(add, now) {
+  /**
+   * @param {(task: object) => Promise<void>} add @param {() => number} now clock of the cloud [s since the epoch]
+   * @param {(most: number, done: (places: import("../geometry.js").Point[]) => void) => void} pick asks for places on the map
+   */
+  constructor(add, now, pick) {
     this.#now = now;
+    this.#pick = pick;
+    const onMap = make("button", { className: "button", type: "button", textContent: "Pick on the map", onclick: () => this.#pickPlaces() });
     this.#kind.addEventListener("change", () => this.#showRounds());
     const row = make("div", { className: "fields" }, this.#roundsLabel, make("label", {}, "Priority", this.#priority),
       make("label", {}, "Must begin within [min]", this.#minutes), make("label", {}, "Robot with labels", this.#labels));
     const form = orderForm("Add a task", "Add", () => this.#send(add), make("label", {}, "What", this.#kind),
-      make("label", {}, "Places, one a line: x and y [m], heading [°] if it matters", this.#places), row, this.#error);
+      make("label", {}, "Places, one a line: x and y [m], heading [°] if it matters", this.#places), onMap, row, this.#error);
     this.element.append(form);
     this.#showRounds();
   }
 
   #showRounds() {
     this.#roundsLabel.hidden = this.#kind.value !== "patrol";
+  }
+
+  /** Add the places that the user picks on the map, as many as are missing. */
+  #pickPlaces() {
+    const written = this.#places.value.split("\n").filter((line) => line.trim());
+    const before = written.length < MOST_PLACES[this.#kind.value] ? written : []; // else they are replaced
+    this.#pick(MOST_PLACES[this.#kind.value] - before.length, (places) => {
+      if (places.length) this.#places.value = [...before, ...places.map(lineOf)].join("\n");
+    });
   }
 
   async #send(add) {

@@ -69,6 +69,14 @@ export function againOf({ kind, places, rounds, priority, labels, deadline }, no
   return { kind, places, priority, labels, ...(kind === "patrol" && { rounds }), ...(deadline > now && { deadline }) };
 }
 
+/** Most places of a task, by its kind. */
+export const MOST_PLACES = { go_to: 1, pick_drop: 2, patrol: 64 };
+
+/** The line of a place, as `placesOf` takes it. @param {import("../geometry.js").Point} place */
+export function lineOf({ x, y }) {
+  return `${number(x, 2)} ${number(y, 2)}`;
+}
+
 /** Places of a text, one a line: x, y [m] and, if given, the heading in degrees. @param {string} text @returns {number[][]} */
 export function placesOf(text) {
   const lines = text.split("\n").map((line) => line.trim()).filter(Boolean);

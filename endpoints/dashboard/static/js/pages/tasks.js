@@ -28,7 +28,7 @@ class TasksPage {
   constructor(context) {
     this.#context = context;
     this.#list = new TaskList(context.rest);
-    this.#form = new TaskForm((task) => this.#add(task), () => context.cloud.now);
+    this.#form = new TaskForm((task) => this.#add(task), () => context.cloud.now, (most, done) => context.pickPlaces(most, "tasks", done));
     this.#board.append(...this.#columns.map(({ column, count, list, none }) =>
       make("section", { className: "column", "aria-label": column.title, "data-state": column.id },
         make("h3", {}, `${column.title} `, count), list, none)));

@@ -1,15 +1,15 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { OF_PLAN, OF_PLANNER, milliseconds, percent, reuseOf, storedText } from "../../../../../endpoints/dashboard/static/js/pages/plan_words.js";
+import { OF_PLAN, OF_PLANNER, milliseconds, percent, reuseText, storedText } from "../../../../../endpoints/dashboard/static/js/pages/plan_words.js";
 
 test("fractions and times that are unknown are a dash", () => {
   assert.deepEqual([percent(0.256), percent(null), milliseconds(0.0123), milliseconds(null)], ["26 %", "–", "12.3 ms", "–"]);
 });
 
 test("the share of paths that were used again is that of all planners together", () => {
-  assert.equal(reuseOf([{ reused: 3, stitched: 1, computed: 4 }, { reused: 0, stitched: 0, computed: 2 }]), 0.4);
-  assert.equal(reuseOf([]), null);
+  assert.equal(reuseText([{ reused: 3, stitched: 1, computed: 4 }, { reused: 0, stitched: 0, computed: 2 }]), "Of the paths that were asked for, 40 % were not computed.");
+  assert.equal(reuseText([]), "No path was asked for yet.");
 });
 
 test("what is stored is told, also of an empty map", () => {

@@ -1,13 +1,17 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { COLUMNS, againOf, ageOf, columnOf, labelsOf, notesOf, placesOf, titleOf } from "../../../../../endpoints/dashboard/static/js/pages/task_words.js";
+import { COLUMNS, againOf, ageOf, columnOf, labelsOf, lineOf, notesOf, placesOf, titleOf } from "../../../../../endpoints/dashboard/static/js/pages/task_words.js";
 
 const task = (fields) => ({
   id: "a", kind: "go_to", places: [[1, 2, 0]], rounds: 1, priority: 0, deadline: null, labels: {}, state: "queued", robot: null,
   visited: 0, failures: 0, reason: "", created: 100, assigned: null, begun: null, ended: null, ...fields,
 });
 const column = (id, tasks) => columnOf(COLUMNS.find((one) => one.id === id), tasks);
+
+test("the line of a place is read as this place", () => {
+  assert.deepEqual(placesOf([{ x: 1.234, y: -0.001 }, { x: -3, y: 2.5 }].map(lineOf).join("\n")), [[1.23, 0], [-3, 2.5]]);
+});
 
 test("waiting tasks are sorted as they go: by priority, then the oldest first", () => {
   const tasks = [task({ id: "b", created: 5 }), task({ id: "c", created: 9, priority: 1 }), task({ id: "a", created: 3 })];

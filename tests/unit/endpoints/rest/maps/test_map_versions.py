@@ -178,6 +178,19 @@ async def test_cells_are_gzipped_for_clients_that_accept_gzip(
     assert len(plain.content) == described["width"] * described["height"]
 
 
+async def test_cells_of_an_earlier_version_are_sent(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    first = (await publish(ann, image=pgm(value=0))).json()["version"]
+    await publish(ann, image=pgm(value=255))
+    old, new = [await client.get(f"/v1/maps/house/cells{query}", headers=ann) for query in (f"?version={first}", "")]
+    assert (old.status_code, set(old.content), set(new.content)) == (200, {100}, {0})
+    problem_of(await client.get(f"/v1/maps/house/cells?version={'0' * 64}", headers=ann), 404, "not-found")
+    display = {"robots": ["*"], "role": "look", "name": "display"}
+    token = (await client.post("/v1/scoped-tokens", headers=ann, json=display)).json()["token"]
+    scoped = await client.get(f"/v1/maps/house/cells?version={first}", headers={"Authorization": f"Bearer {token}"})
+    problem_of(scoped, 403, "not-permitted")
+
+
 async def test_cells_require_read_access_to_the_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     await publish(await log_in("ann"))
     assert (await client.get("/v1/maps/house/cells")).status_code == 401
