@@ -9,7 +9,7 @@ import pytest_asyncio
 from playwright.async_api import Browser, Locator, Page, expect
 
 from tests.e2e.test_dashboard_zones import zones
-from tests.support.cloud.browser import PHONE, enter, looking
+from tests.support.cloud.browser import DESK, PHONE, enter, looking
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.zones import ZonesOfMap
@@ -139,6 +139,16 @@ async def test_loads_are_marked_as_old_while_the_cloud_does_not_answer(fleet: Fl
         await context.set_offline(False)
         await expect(note).to_be_hidden()
         await expect(load).to_have_css("border-style", "solid")
+    await context.close()
+
+
+async def test_the_bar_of_a_small_desk_shows_all_pages(fleet: Fleet) -> None:
+    context = await fleet.browser.new_context(viewport=DESK)
+    async with looking(context) as page:
+        await fleet.enter(page)
+        assert await page.locator("#pages").evaluate("one => one.scrollWidth <= one.clientWidth"), "pages are cut"
+        logout = await box(page.get_by_role("button", name="Log out"))
+        assert logout["height"] <= 46 and logout["x"] + logout["width"] <= DESK["width"]
     await context.close()
 
 

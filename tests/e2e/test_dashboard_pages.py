@@ -148,7 +148,8 @@ async def test_a_lost_robot_is_an_alert_and_its_events_are_found(scene: Scene, c
         await expect(rows.last).to_contain_text("put robot")
         assert await rows.filter(has_text="carrier").count() == 0
         await page.get_by_label("Kind").select_option("Changes")
-        await expect(rows).to_have_count(1)
+        await expect(rows).to_have_count(2)
+        await expect(rows.first).to_contain_text("acknowledge alert")
         await scene.rest.patch("/v1/robots/loner", {"description": "alone"})
         await expect(rows.first).to_contain_text("change robot")
 
