@@ -3,7 +3,7 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -64,9 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
         return _read(arguments.source, as_json=arguments.json)
     for name, url in (("FROM", arguments.source), ("TO", arguments.target)):
         warn_if_visible(url, name)
-    kinds, source, target = _open(arguments.source, arguments.target, create=arguments.verb == "migrate")
     rows = []
-    with _closing(source), _closing(target), progress(shown=not arguments.json) as shown:
+    with (
+        _opened(arguments.source, arguments.target, create=arguments.verb == "migrate") as (kinds, source, target),
+        progress(shown=not arguments.json) as shown,
+    ):
         copied = {}
         if arguments.verb == "migrate":
             for kind in kinds:
@@ -115,8 +117,9 @@ def _sweep(url: str, *, as_json: bool) -> int:
     return 0
 
 
-def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[StoredKind[Any]], Any, Any]":
-    """Return the kinds of records of two stores, and the stores; only the target of a migration may be created."""
+@contextmanager
+def _opened(source: str, target: str, *, create: bool) -> "Iterator[tuple[Sequence[StoredKind[Any]], Any, Any]]":
+    """Yield the kinds of records of two stores, and the stores; only the target of a migration may be created."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
     from storage.urls.opening import (  # noqa: PLC0415
@@ -132,17 +135,23 @@ def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[StoredKi
     if is_same(source, target) and len(set(given)) == 1:
         raise InvalidInput("FROM and TO are the same store, or one is in the other: give two different stores")
     if all(scheme in STORES for scheme in given):
-        return KINDS, open_existing_store(source), (open_store if create else open_existing_store)(target)
-    if all(scheme in MAP_STORES for scheme in given):
-        opened = open_existing_map_store(source)
-        return MAP_KINDS, opened, (open_map_store if create else open_existing_map_store)(target)
-    words = " and ".join(f"{scheme}:" for scheme in given)  # without passwords
-    known = f"both {schemes(STORES)} or both {schemes(MAP_STORES)}"
-    raise InvalidInput(f"stores {words} do not store the same kind of data: give {known}")
+        kinds: Sequence[StoredKind[Any]] = KINDS
+        openings: tuple[Callable[[str], Any], ...] = (
+            open_existing_store,
+            open_store if create else open_existing_store,
+        )
+    elif all(scheme in MAP_STORES for scheme in given):
+        kinds, openings = MAP_KINDS, (open_existing_map_store, open_map_store if create else open_existing_map_store)
+    else:
+        words = " and ".join(f"{scheme}:" for scheme in given)  # without passwords
+        known = f"both {schemes(STORES)} or both {schemes(MAP_STORES)}"
+        raise InvalidInput(f"stores {words} do not store the same kind of data: give {known}")
+    with _closing(openings[0](source)) as first, _closing(openings[1](target)) as second:
+        yield kinds, first, second
 
 
 def _closing(store: Any) -> Any:
-    return closing(store) if hasattr(store, "close") else nullcontext()
+    return closing(store) if hasattr(store, "close") else nullcontext(store)
 
 
 def _count(kind: "StoredKind[Any]", source: Any) -> int | None:

@@ -4,6 +4,7 @@ import asyncio
 import json
 import signal
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -91,11 +92,11 @@ async def test_a_cloud_and_its_standby_take_new_settings_without_a_restart(tmp_p
         folder.mkdir()
         (folder / "ppaas.toml").write_text("[up]\nendpoints = 2\n")
     async with identity_server() as idp:
-        with (
-            standing_by(first, *stores, "--config", str(first / "ppaas.toml")) as leading,
-            standing_by(second, "--standby", *stores, "--config", str(second / "ppaas.toml")) as heir,
-        ):
+        with ExitStack() as processes:
+            leading = processes.enter_context(standing_by(first, *stores, "--config", str(first / "ppaas.toml")))
             cloud = await leading.leads()
+            standby = standing_by(second, "--standby", *stores, "--config", str(second / "ppaas.toml"))
+            heir = processes.enter_context(standby)
             rest = await cloud.admin()
             await publish_map(rest, "office", office_map)
             pose = free_pose(office_map, seed=3)

@@ -19,7 +19,6 @@ from endpoints.rest.dependencies import Provided
 from endpoints.rest.openapi import BODY, problems
 from endpoints.rest.strict_json import StrictRoute, media_type_of
 from endpoints.rest.users.oidc_schemas import (
-    MAX_JWT,
     AccessToken,
     CodeLogin,
     DeviceCodeAnswer,
@@ -55,7 +54,7 @@ _LOGOUT_TOKEN: dict[str, Any] = {
             "schema": {
                 "type": "object",
                 "required": ["logout_token"],
-                "properties": {"logout_token": {"type": "string", "maxLength": MAX_JWT}},
+                "properties": {"logout_token": {"type": "string"}},
             }
         }
     },

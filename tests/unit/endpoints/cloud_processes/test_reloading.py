@@ -137,7 +137,7 @@ OTHER: dict[str, Any] = {
     "allow_origin": ["https://pages.example"], "keep_versions": 3, "log_level": "error", "max_connections": 9,
     "max_connections_per_address": 4, "quota": [("maps", 2)], "trusted_proxy": ["10.0.0.0/8"],
 }  # fmt: skip
-OF_MASTER = {"idle", "metrics_robots", "retention", "webhook_allow_http", "webhook_allow_private"}
+OF_MASTER = {"idle", "metrics_robots", "retention", "retention_size", "webhook_allow_http", "webhook_allow_private"}
 PROVIDER = {name for name in RELOADED[UP] if name.startswith("oidc_")}
 
 

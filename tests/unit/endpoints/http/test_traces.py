@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 from starlette.routing import Route
 
-from endpoints.http.front import front
+from endpoints.http.front import ApplicationFront
 from endpoints.http.front_settings import FrontSettings
 from ppaas.tracing.spans import SpanRecord, traceparent
 from tests.support.recorded_spans import recorded_spans
@@ -41,7 +41,7 @@ def recorded() -> Iterator[list[SpanRecord]]:
 
 
 def client() -> httpx.AsyncClient:
-    app = front(Starlette(routes=ROUTES), FrontSettings(), "/v1")
+    app = ApplicationFront(Starlette(routes=ROUTES), FrontSettings(), "/v1")
     return httpx.AsyncClient(transport=httpx.ASGITransport(app, raise_app_exceptions=False), base_url="http://cloud")
 
 
