@@ -66,7 +66,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
 
     with tempfile.TemporaryDirectory(prefix="ppaas-bench-", dir=arguments.folder) as name:
-        folder = Path(name)
+        folder = Path(name).resolve()  # the default is relative, which URLs of stores are not
         _add_plans(folder / "data", arguments.plans, progress)
         _add_maps(folder / "data", arguments.maps, progress)
         size = sum(file.stat().st_size for file in (folder / "data").rglob("*") if file.is_file())

@@ -65,7 +65,8 @@ def test_each_step_is_measured_and_robots_drive_at_last(
 
     monkeypatch.setattr(backup_robots, "drive", drive)
     commands = Commands()
-    assert bench(monkeypatch, tmp_path, commands, "--kills", "2", "--robots", "2", "--turns", "4") == 0
+    monkeypatch.chdir(tmp_path)
+    assert bench(monkeypatch, Path(), commands, "--kills", "2", "--robots", "2", "--turns", "4") == 0
     result = json.loads(capsys.readouterr().out)
     assert [*result["seconds"]] == [
         "tar", "backup", "backup again", "check", "restore and compare", "backup, killed 2 times",
