@@ -60,7 +60,7 @@ class CloudFault(ABC):
     alert : str
         The alert that fires.
     broken, mended : str
-        What breaks, and what mends it, in words.
+        Descriptions of the fault, and of the action that mends it.
     """
 
     alert: ClassVar[str]

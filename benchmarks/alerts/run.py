@@ -17,7 +17,7 @@ from ppaas.maps.generate import warehouse
 from robots.demo.cloud_process import CloudProcess
 
 SLACK = 60.0
-"""Time beyond that of the rules within which an alert must have fired or resolved [s]."""
+"""Time that an alert may take to fire or to resolve in addition to the time of its rule [s]."""
 
 LONGEST = 3600.0
 """Longest time of a rule, without hurry [s]."""
@@ -33,7 +33,7 @@ class SeenAlert:
     Parameters
     ----------
     alert, broken, mended : str
-        Its name, and what was done.
+        Name of the alert, the fault, and the action that mended it.
     fired, resolved : float, optional
         Time from that until Alertmanager notified of it [s]; None if it did not in time.
     """

@@ -53,7 +53,7 @@ async def joined_machines(rest: RestClient) -> list[str]:
 
 
 INSTALLED = {"PYTHONSAFEPATH": "1"}
-"""Environment of processes that import the modules of their interpreter, and not those of the current folder."""
+"""Environment in which a process imports the packages of its interpreter rather than modules of the current folder."""
 
 
 class JoinedMachine:

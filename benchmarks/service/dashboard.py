@@ -1,9 +1,12 @@
 """Load time of the dashboard: the HTML page alone, and the first paint in a browser if one is installed."""
 
+import contextlib
 import http.client
 import importlib.util
 import os
 import shutil
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from rich.progress import Progress
@@ -11,6 +14,9 @@ from rich.progress import Progress
 from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
+
+if TYPE_CHECKING:
+    from playwright.async_api import Browser
 
 PART = "dashboard"
 RUNS, QUICK = 5, 1
@@ -29,12 +35,31 @@ async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> li
     runs = QUICK if quick else RUNS
     fetched = [fetch(target.url) for _ in progress.track(range(runs), description="dashboard, its page")]
     bare = median_of(PART, "its page, fetched", fetched, yardstick=True, note="the HTML alone")
-    browser = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
-    if browser is None or importlib.util.find_spec("playwright") is None:
+    browser = installed_browser()
+    if browser is None:
         return [bare]
     painted = await _paint(browser, target.url, runs)
     note = "first contentful paint in Chromium, nothing cached"
     return [median_of(PART, "dashboard, painted", painted, limit=LIMIT_MS, note=note), bare]
+
+
+def installed_browser() -> str | None:
+    """Return the path of Chromium; None if it, or what controls it, is not installed."""
+    found = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
+    return None if importlib.util.find_spec("playwright") is None else found
+
+
+@contextlib.asynccontextmanager
+async def started_browser(executable: str) -> "AsyncIterator[Browser]":
+    """Start Chromium."""
+    from playwright.async_api import async_playwright  # noqa: PLC0415 - of the tests alone
+
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            await browser.close()
 
 
 def fetch(url: str, path: str = PATH) -> float:
@@ -50,16 +75,12 @@ def fetch(url: str, path: str = PATH) -> float:
 
 
 async def _paint(executable: str, url: str, runs: int) -> list[float]:
-    from playwright.async_api import async_playwright  # noqa: PLC0415 - of the tests alone
-
     painted = []
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+    async with started_browser(executable) as browser:
         for _ in range(runs + 1):
             context = await browser.new_context()
             page = await context.new_page()
             await page.goto(url + PATH)
             painted.append(await page.evaluate(FIRST_PAINT) / 1e3)
             await context.close()
-        await browser.close()
     return painted[1:]  # the first includes the start of the browser

@@ -55,7 +55,7 @@ SHUTTER = 1.2
 
 @dataclass(frozen=True, slots=True)
 class Photographer:
-    """Who takes pictures of a page, and where."""
+    """Takes pictures of a page."""
 
     page: Page
     sockets: RobotSockets
@@ -65,7 +65,7 @@ class Photographer:
 
     @property
     def is_phone(self) -> bool:
-        """Whether the page is as small as a phone."""
+        """Whether the page has the size of a phone's screen."""
         return self.look.startswith("phone")
 
     async def take(self, name: str) -> None:
@@ -293,7 +293,7 @@ async def take_login(browser: Browser, url: str, folder: Path, look: tuple[str, 
 
 
 async def take_all(folder: Path, *, docs: bool) -> None:
-    """Take all pictures, or those of the documentation."""
+    """Take the pictures of all pages, or the pictures in the documentation alone."""
     for name, size, scheme in LOOKS[:1] if docs else LOOKS:
         sockets = RobotSockets()
         async with serving() as (url, owner), sockets.beating(), browsing() as browser:

@@ -37,7 +37,7 @@ PARTS: dict[str, Measure] = {
 """Parts that need a running cloud; the parts of `STARTS` start their own."""
 
 STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure, metrics.PART: metrics.measure}
-"""Parts that start clouds of their own: how clouds start, and what their metrics cost."""
+"""Parts that start their own clouds: to measure the start, or the cost of metrics."""
 
 
 @dataclass(frozen=True, slots=True)

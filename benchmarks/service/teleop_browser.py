@@ -2,16 +2,14 @@
 
 import asyncio
 import contextlib
-import importlib.util
-import os
-import shutil
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import CloudUnderTest
 from benchmarks.harness.figures import Figure, median_of
+from benchmarks.service.dashboard import installed_browser, started_browser
 from benchmarks.service.plan_requests import echo
 from benchmarks.service.teleop import COMMAND_LIMIT, FRAME, STOP_LIMIT, robot_in_hall
 from ppaas.clock import epoch
@@ -68,11 +66,11 @@ ECHOED = """([url, size]) => new Promise((done) => {
 
 async def measure(target: CloudUnderTest, progress: Progress, quick: bool) -> list[Figure]:
     """Drive a simulated robot in a browser, if one is installed; measure keys, letting go, STOP, and an echo."""
-    executable = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
-    if executable is None or importlib.util.find_spec("playwright") is None:
+    executable = installed_browser()
+    if executable is None:
         return []
     arrivals = TimedCommands()
-    async with robot_in_hall(target, ROBOT) as (client, operator), _browser(executable) as browser:
+    async with robot_in_hall(target, ROBOT) as (client, operator), started_browser(executable) as browser:
         await client.subscribe("cmd_vel", Twist, arrivals.take)
         page = await _page(browser, target)
         commands, let_go = await _keys(page, arrivals, progress, QUICK if quick else SAMPLES)
@@ -103,18 +101,6 @@ class TimedCommands:
         """Return the time at which a turn arrives for which a function returns true [s since the epoch]."""
         self._awaited, self._arrived = awaited, asyncio.get_running_loop().create_future()
         return self._arrived
-
-
-@contextlib.asynccontextmanager
-async def _browser(executable: str) -> "AsyncIterator[Browser]":
-    from playwright.async_api import async_playwright  # noqa: PLC0415 - of the tests alone
-
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
-        try:
-            yield browser
-        finally:
-            await browser.close()
 
 
 async def _page(browser: "Browser", target: CloudUnderTest) -> "Page":

@@ -1,1 +1,1 @@
-"""What a release consists of: how it is checked, built, compared and published (docs/releasing.md)."""
+"""Steps of a release: they check its tag, and build, compare and publish its files (docs/releasing.md)."""

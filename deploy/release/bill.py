@@ -19,7 +19,7 @@ NAMESPACE = uuid.UUID("1f0cf3a0-5e0c-5d5b-9d5c-8a4b7a1f4f55")
 
 
 class Expected(NamedTuple):
-    """What a bill must have.
+    """Packages that a bill must list.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What differs between two builds: files, the members of archives, and the layers of images."""
+"""Differences between two builds: of files, members of archives, and layers of images."""
 
 import hashlib
 import json

@@ -21,10 +21,10 @@ logger = logging.getLogger(__name__)
 PROVIDED = "provided:"
 """Prefix of the password hash of a user without a password: no password has it."""
 
-PAGE = 500
-
 RESERVED = frozenset({"admin", "me"})
 """Names that no identity gets: the administrator who has the password of the cloud, and the alias of the caller."""
+
+PAGE = 500
 
 
 class Identities:

@@ -1,6 +1,7 @@
 """Settings of an endpoint process, which its keeper passes on standard input."""
 
 import argparse
+from typing import Any
 
 import msgspec
 
@@ -141,32 +142,19 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="own"):
     front: FrontConfig
 
 
+OF_FRONT = tuple(name for name in LiveSettings.__struct_fields__ if name in FrontConfig.__struct_fields__)
+"""Settings that an endpoint follows and that its front has, under the same names."""
+
+
 def settings_at_start(config: EndpointConfig) -> LiveSettings:
     """Return what an endpoint follows, as it is when it starts."""
-    front = config.front
-    return LiveSettings(
-        quota=config.quota,
-        keep_versions=config.keep_versions,
-        log_level=front.log_level,
-        trusted_proxy=front.trusted_proxy,
-        allow_origin=front.allow_origin,
-        max_connections=front.max_connections,
-        max_connections_per_address=front.max_connections_per_address,
-        oidc=front.oidc,
-    )
+    of_front: dict[str, Any] = {name: getattr(config.front, name) for name in OF_FRONT}
+    return LiveSettings(quota=config.quota, keep_versions=config.keep_versions, **of_front)
 
 
 def with_settings(config: EndpointConfig, live: LiveSettings) -> EndpointConfig:
     """Return the settings with which an endpoint starts as one that follows ``live``."""
-    front = msgspec.structs.replace(
-        config.front,
-        log_level=live.log_level,
-        trusted_proxy=live.trusted_proxy,
-        allow_origin=live.allow_origin,
-        max_connections=live.max_connections,
-        max_connections_per_address=live.max_connections_per_address,
-        oidc=live.oidc,
-    )
+    front = msgspec.structs.replace(config.front, **{name: getattr(live, name) for name in OF_FRONT})
     return msgspec.structs.replace(config, quota=live.quota, keep_versions=live.keep_versions, front=front)
 
 

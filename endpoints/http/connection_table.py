@@ -83,11 +83,10 @@ class ConnectionTable:
     """
 
     def __init__(self, most: int = MAX_CONNECTIONS, most_of_address: int | None = None) -> None:
-        self._most_of_address = _limit_of_address(most, most_of_address)
-        self._limit = _Limit(most, "--max-connections")
         self._open: dict[Evictable, _Address] = {}
         self._waiting: dict[Evictable, None] = {}
         self._addresses: dict[str, _Address] = {}
+        self.limit(most, most_of_address)
 
     def __len__(self) -> int:
         """Return the number of open connections."""
@@ -95,7 +94,7 @@ class ConnectionTable:
 
     def limit(self, most: int, most_of_address: int | None) -> None:
         """Admit another number of connections from now on; those beyond it stay open."""
-        self._most_of_address = _limit_of_address(most, most_of_address)
+        self._most_of_address = max(1, most // 2) if most_of_address is None else most_of_address
         self._limit = _Limit(most, "--max-connections")
         for address in self._addresses.values():
             address.limit = _Limit(self._most_of_address, "--max-connections-per-address")
@@ -149,10 +148,6 @@ class ConnectionTable:
         self.leave(connection)
         connection.make_room()
         return True
-
-
-def _limit_of_address(most: int, given: int | None) -> int:
-    return max(1, most // 2) if given is None else given
 
 
 class _Address:

@@ -48,8 +48,7 @@ class Retention:
     ) -> None:
         self._kept = kept
         self._audit = audit
-        self._days = {**DEFAULT_DAYS, **days}
-        self._gigabytes = dict(gigabytes or {})
+        self.change(days, gigabytes or {})
         self._clock = clock
         self._last: dict[str, tuple[float, int | None]] = {}
         self._turn = asyncio.Lock()
