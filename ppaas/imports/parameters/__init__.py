@@ -1,0 +1,1 @@
+"""Parameter files of ROS programs, translated into robot files."""

@@ -1,0 +1,82 @@
+"""Report of an import: what became of each part of a foreign file."""
+
+from collections.abc import Iterator
+from enum import Enum
+
+import msgspec
+
+
+class ImportOutcome(Enum):
+    """What became of a part of a file.
+
+    ``TAKEN``: under the same name, with the same meaning. ``TRANSLATED``: under another name, or with another value.
+    ``NO_EFFECT``: known, and without effect here; the reason is in the text. ``REFUSED``: unknown or invalid; nothing
+    of this part was imported.
+    """
+
+    TAKEN = "taken"
+    TRANSLATED = "translated"
+    NO_EFFECT = "no effect"
+    REFUSED = "refused"
+
+
+class ReportEntry(msgspec.Struct, frozen=True):
+    """One part of a file.
+
+    Parameters
+    ----------
+    part : str
+        Where it is in the file, as its users write it: ``controller_server.FollowPath.max_vel_x``, ``edges[3]``.
+    outcome : ImportOutcome
+    text : str
+        What it became, why it has no effect, or why it was refused and what to do.
+    line : int
+        Line of the file, from 1; 0 if the format has no lines or the line is unknown.
+    """
+
+    part: str
+    outcome: ImportOutcome
+    text: str = ""
+    line: int = 0
+
+
+class ImportReport:
+    """Entries of one import, in the order of the file.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file, for people.
+    """
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.entries: list[ReportEntry] = []
+
+    def taken(self, part: str, text: str = "", line: int = 0) -> None:
+        """Add a part that was taken as it is."""
+        self.entries.append(ReportEntry(part, ImportOutcome.TAKEN, text, line))
+
+    def translated(self, part: str, text: str, line: int = 0) -> None:
+        """Add a part that became another name or value."""
+        self.entries.append(ReportEntry(part, ImportOutcome.TRANSLATED, text, line))
+
+    def without_effect(self, part: str, reason: str, line: int = 0) -> None:
+        """Add a part that is known, but has no effect."""
+        self.entries.append(ReportEntry(part, ImportOutcome.NO_EFFECT, reason, line))
+
+    def refused(self, part: str, reason: str, line: int = 0) -> None:
+        """Add a part that could not be imported."""
+        self.entries.append(ReportEntry(part, ImportOutcome.REFUSED, reason, line))
+
+    def of(self, outcome: ImportOutcome) -> Iterator[ReportEntry]:
+        """Return the entries with one outcome."""
+        return (entry for entry in self.entries if entry.outcome is outcome)
+
+    def counts(self) -> dict[str, int]:
+        """Return the number of entries by the name of their outcome; all four names are present."""
+        return {outcome.value: sum(1 for _ in self.of(outcome)) for outcome in ImportOutcome}
+
+    def summary(self) -> str:
+        """Return one line: ``nav2_params.yaml: 41 taken, 12 translated, 30 no effect, 0 refused``."""
+        return f"{self.source}: " + ", ".join(f"{count} {name}" for name, count in self.counts().items())
