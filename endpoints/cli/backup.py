@@ -25,6 +25,9 @@ NAME = "backup"
 HELP = "back up the stores of a cloud; list, check and remove backups"
 DEFAULT_VERB = "create"
 
+NICENESS = 10
+"""Priority of the process: robots of the same computer come first."""
+
 MIN_HOURS, MAX_HOURS = 0.001, 10_000.0
 
 COLUMNS = ("id", "begun", "seconds", "maps", "plans", "robots", "size", "added", "release")

@@ -33,6 +33,8 @@ def main(argv: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if argv is None else argv
     try:
         parsed = parser_of(arguments).parse_args(arguments)
+        if argv is None and parsed.niceness:  # a caller in the same process keeps its priority
+            os.nice(parsed.niceness)
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PPaaSError as error:
@@ -88,5 +90,5 @@ def parser_of(arguments: list[str]) -> CommandParser:
         if not listed:
             module.configure(command)
         command.default_verb = getattr(module, "DEFAULT_VERB", None)
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, niceness=getattr(module, "NICENESS", 0))
     return parser

@@ -96,6 +96,17 @@ def test_the_exit_status_is_that_of_the_command(install):
     assert main.main(["do"]) == 7
 
 
+def test_a_command_may_lower_the_priority_of_its_process_alone(install, monkeypatch: pytest.MonkeyPatch):
+    lowered: list[int] = []
+    monkeypatch.setattr(main.os, "nice", lowered.append)
+    monkeypatch.setattr(main.sys, "argv", ["ppaas", "do"])
+    install(do=command(NICENESS=10))
+    assert main.main(["do"]) == 0  # called by another program
+    assert lowered == []
+    assert main.main() == 0
+    assert lowered == [10]
+
+
 def test_an_error_is_reported_in_one_line_with_its_slug(install, capsys):
     def run(_arguments):
         raise NotFound("map", "atlantis", ["office"])
