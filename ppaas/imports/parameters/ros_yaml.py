@@ -12,7 +12,7 @@ import yaml
 
 from ppaas.errors import InvalidParameter
 
-MAX_FILE = 10 << 20
+MAX_FILE = 2 << 20
 """Limit of the size of a parameter file [bytes]."""
 
 MAX_DEPTH = 32
