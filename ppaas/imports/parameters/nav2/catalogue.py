@@ -61,6 +61,9 @@ FOREIGN = {
 }
 """Nodes that are no part of Nav2, and often in its files."""
 
+INNER = ("_rclcpp_node", "_client")
+"""Ends of the names of nodes that Nav2 had within its nodes."""
+
 
 def rule_of(table: NodeTable, name: str) -> ParameterRule | None:
     """Return the rule of a parameter of a node, or of all nodes; None if it is unknown."""

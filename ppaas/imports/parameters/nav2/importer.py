@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.draft import Draft
-from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, NODES, SMOOTHED, rule_of
+from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, rule_of
 from ppaas.imports.parameters.nav2.limits import START, add_start, fit_limits, smoothed
 from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, chosen_namespace, named, spread
 from ppaas.imports.parameters.nav2.recoveries import add_recoveries
@@ -105,7 +105,9 @@ class _Importer:
 
     def _add_unknown(self, node: NamedNode) -> None:
         near = self._nearest(node.name, BY_NAME)
-        if node.name in FOREIGN:
+        if node.name.endswith(INNER):
+            self._report.without_effect(node.path, "a node within another one, which the clone does not have")
+        elif node.name in FOREIGN:
             self._report.without_effect(node.path, FOREIGN[node.name])
         elif near and near != node.name:
             self._report.refused(node.path, f"unknown node: did you mean {near}?")

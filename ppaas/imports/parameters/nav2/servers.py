@@ -193,6 +193,9 @@ BEHAVIORS = (
     PluginTable("nav2_behaviors::Spin", _SPIN_RULES, becomes="rotate_recovery"),
     PluginTable("nav2_behaviors::BackUp", _BACKUP_RULES, becomes="back_up"),
     PluginTable("nav2_behaviors::Wait", {}, becomes="wait"),
+    PluginTable("nav2_recoveries::Spin", _SPIN_RULES, becomes="rotate_recovery"),
+    PluginTable("nav2_recoveries::BackUp", _BACKUP_RULES, becomes="back_up"),
+    PluginTable("nav2_recoveries::Wait", {}, becomes="wait"),
     PluginTable(
         "nav2_behaviors::DriveOnHeading",
         without_effect(
@@ -272,7 +275,7 @@ BT_NAVIGATOR = NodeTable(
             },
         ),
     ),
-    also=("navigator", "bt_navigator_rclcpp_node"),
+    also=("navigator",),
 )
 
 VELOCITY_SMOOTHER = NodeTable(
