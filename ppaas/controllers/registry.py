@@ -12,9 +12,13 @@ CONTROLLERS: PluginRegistry[Controller] = PluginRegistry(
     aliases={
         "dwa_local_planner/DWAPlannerROS": "dwa",
         "base_local_planner/TrajectoryPlannerROS": "dwa",
+        "dwb_core/DWBLocalPlanner": "dwa",
         "nav2_mppi_controller/MPPIController": "mppi",
+        "teb_local_planner/TebLocalPlannerROS": "mppi",
         "regulated_pure_pursuit": "pure_pursuit",
         "nav2_regulated_pure_pursuit_controller/RegulatedPurePursuitController": "pure_pursuit",
+        "nav2_graceful_controller/GracefulController": "pure_pursuit",
+        "vector_pursuit_controller/VectorPursuitController": "pure_pursuit",
     },
 )
 

@@ -5,11 +5,21 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_session_arguments, logged_in
-from robots.cli.verbs import robot_drive, robot_goals, robot_list, robot_map, robot_recordings, robot_shares, robot_urdf
+from robots.cli.verbs import (
+    robot_drive,
+    robot_goals,
+    robot_import,
+    robot_list,
+    robot_map,
+    robot_recordings,
+    robot_shares,
+    robot_urdf,
+)
 from robots.client.cloud_url import path_of
 
 NAME = "robot"
@@ -45,7 +55,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (put, one, change, delete):
         verb.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
     robot_list.configure(listing)
-    put.add_argument("file", type=Path, help="the robot file")
+    put.add_argument("file", type=Path, nargs="?", help="the robot file; may be left out with --nav2")
+    robot_import.configure(put)
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
     robot_urdf.add_mesh_argument(put)
@@ -63,9 +74,17 @@ def run(arguments: argparse.Namespace) -> int:
 async def _put(arguments: argparse.Namespace) -> None:
     from robots.client.robot_file import load_robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
+    if robot_import.is_wanted(arguments):
+        given = robot_import.translated_file(arguments)
+        if given is None:
+            return
+    elif arguments.file is None:
+        raise InvalidInput("name a robot file, or a file to translate: --nav2 FILE")
+    else:
+        given = load_robot_file(arguments.file)
     client = logged_in(arguments)
     urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
-    file = load_robot_file(arguments.file).with_radius(arguments.radius)
+    file = given.with_radius(arguments.radius)
     await client.put_robot(arguments.id, file)
     if file.unused is not None:
         when = "on a published map" if file.unused == "grid_slam" else "while the robot makes a map"

@@ -1,0 +1,205 @@
+"""Import of a parameter file of Nav2: Humble, Iron, Jazzy, Kilted, Lyrical and Rolling."""
+
+import difflib
+import sys
+from collections.abc import Iterable
+
+from ppaas.errors import InvalidParameter
+from ppaas.imports.parameters.draft import Draft
+from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, rule_of
+from ppaas.imports.parameters.nav2.limits import START, add_start, fit_limits, smoothed
+from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, chosen_namespace, named, spread
+from ppaas.imports.parameters.nav2.recoveries import add_recoveries
+from ppaas.imports.parameters.nav2.sections import PRIMARY, Section, known_in, rule_in, section_of, sections_of
+from ppaas.imports.parameters.nav2.tables import NodeTable, known_names
+from ppaas.imports.parameters.nav2.values import is_substitution, names_of
+from ppaas.imports.parameters.nav2.writer import Parts, Writer
+from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, read_parameter_file
+from ppaas.imports.report import ImportReport
+
+MOST_SUGGESTIONS = 200
+"""Number of unknown names for which the nearest known one is searched: each takes up to a millisecond."""
+
+
+def import_nav2(
+    content: bytes, name: str, *, tree: bytes | None = None, namespace: str = ""
+) -> tuple[Draft, ImportReport]:
+    """Translate a parameter file of Nav2 into a draft of a robot file.
+
+    Parameters
+    ----------
+    content : bytes
+        The YAML file.
+    name : str
+        Its name, for the report.
+    tree : bytes, optional
+        XML of the behaviour tree that the robot navigates by; by default Nav2's own one.
+    namespace : str
+        Namespace of the robot, in a file for several; by default the first one.
+
+    Raises
+    ------
+    InvalidParameter
+        The file is no YAML of ROS 2, or the tree is no XML.
+    """
+    file = read_parameter_file(content)
+    if not file.is_ros2:
+        raise InvalidParameter(f"{name} has no {ROS2_KEY}, which each node has in parameter files of ROS 2")
+    report = ImportReport(name)
+    importer = _Importer(Writer(report))
+    for path, line in file.repeated:
+        part = ".".join(each for each in path.split(".") if each != ROS2_KEY)
+        report.without_effect(part, "given before, too: that value has no effect, this one counts", line)
+    importer.add_nodes({named(path): values for path, values in file.nodes.items()}, namespace)
+    importer.finish(tree)
+    return importer.writer.draft, report
+
+
+class _Importer:
+    def __init__(self, writer: Writer) -> None:
+        self.writer = writer
+        self._report = writer.report
+        self._suggestions = MOST_SUGGESTIONS
+        self._behaviors: list[Section] | None = None
+        self._smoother: Parts = {}
+        self._start: Parts = {}
+
+    # -- nodes ---------------------------------------------------------------------------------------------------------
+
+    def add_nodes(self, nodes: dict[NamedNode, Values], namespace: str) -> None:
+        """Add all nodes: wildcards first, since a node's own parameters win; then in the order of the tables."""
+        chosen = chosen_namespace(nodes, namespace)
+        of_robot = [node for node in nodes if node.namespace in ("", chosen)]
+        for node in nodes:
+            if node not in of_robot:
+                self._of_other_robot(node, chosen)
+        for node in of_robot:
+            if node.name in WILDCARDS:
+                self._add_wildcard(node, nodes[node])
+        for table in NODES:
+            for node in of_robot:
+                if BY_NAME.get(node.name) is table:
+                    self._add_node(table, node.path, nodes[node])
+        for node in of_robot:
+            if node.name not in WILDCARDS and node.name not in BY_NAME:
+                self._add_unknown(node)
+
+    def _of_other_robot(self, node: NamedNode, chosen: str) -> None:
+        of = f"the namespace {chosen!r}" if chosen else "the robot without a namespace"
+        self._report.without_effect(
+            node.path, f"of another robot than {of}: --namespace {node.namespace} imports that one"
+        )
+
+    def _add_wildcard(self, node: NamedNode, values: Values) -> None:
+        by_node, unknown = spread(values)
+        for table in NODES:
+            if table.node in by_node:
+                self._add_node(table, node.path, by_node[table.node])
+        names = [known for table in NODES for known in known_names(table)]
+        for name in unknown:
+            near = self._nearest(name, names)
+            if near:
+                self._report.refused(f"{node.path}.{name}", f"unknown: did you mean {near}?", values[name].line)
+            else:
+                self._report.without_effect(f"{node.path}.{name}", "no node of Nav2 has it", values[name].line)
+
+    def _add_unknown(self, node: NamedNode) -> None:
+        near = self._nearest(node.name, BY_NAME)
+        if node.name.endswith(INNER):
+            self._report.without_effect(node.path, "a node within another one, which the clone does not have")
+        elif node.name in FOREIGN:
+            self._report.without_effect(node.path, FOREIGN[node.name])
+        elif near and near != node.name:
+            self._report.refused(node.path, f"unknown node: did you mean {near}?")
+        else:
+            self._report.without_effect(node.path, "no node of Nav2 that is known")
+
+    def _nearest(self, name: str, names: Iterable[str]) -> str:
+        if self._suggestions <= 0:
+            return ""
+        self._suggestions -= 1
+        return next(iter(difflib.get_close_matches(name, list(names), 1, 0.8)), "")
+
+    # -- parameters of a node ------------------------------------------------------------------------------------------
+
+    def _add_node(self, table: NodeTable, path: str, values: Values) -> None:
+        sections = sections_of(table, values)
+        lists = {key for group in table.groups for key in group.lists}
+        if table.node == "behavior_server":
+            self._behaviors = list(sections.values())
+        if table.node == "controller_server":
+            self._choose_controller(sections.values())
+        for name, given in values.items():
+            part = f"{path}.{name}"
+            section = section_of(name, sections)
+            if name in lists and not is_substitution(given.value):
+                listed = ", ".join(names_of(given.value)) or "none"
+                self._report.taken(part, f"names the sections {listed}", given.line)
+            elif section is not None:
+                self._add_in(section, part, name[len(section.name) + 1 :], given)
+            elif table.node == "velocity_smoother" and name in SMOOTHED:
+                self._smoother[name] = (part, given)
+            elif table.node == "amcl" and name in START:
+                self._start[name] = (part, given)
+            else:
+                self._add_parameter(table, part, name, given, values)
+
+    def _choose_controller(self, sections: Iterable[Section]) -> None:
+        for section in sections:
+            if section.counts and section.table is not None and section.table.becomes:
+                self.writer.controller = section.table.becomes
+
+    def _add_parameter(self, table: NodeTable, part: str, name: str, given: GivenValue, values: Values) -> None:
+        rule = rule_of(table, name)
+        first = name.partition(".")[0]
+        defaults = {each for group in table.groups for each in group.defaults}
+        if rule is not None:
+            if not self._has_no_speeds(table, values, part, name, given):
+                self.writer.apply(rule, part, given)
+        elif "." in name and (f"{first}.plugin" in values or first in defaults):
+            self._report.without_effect(part, f"no list of the node names the section {first}", given.line)
+        else:
+            self._refuse(part, name, [*known_names(table), *defaults], given)
+
+    def _refuse(self, part: str, name: str, names: Iterable[str], given: GivenValue) -> None:
+        near = self._nearest(name, names)
+        hint = f"did you mean {near}?" if near else "look it up in the table of names, and leave it out"
+        self._report.refused(part, f"unknown: {hint}", given.line)
+
+    def _has_no_speeds(self, table: NodeTable, values: Values, part: str, name: str, given: GivenValue) -> bool:
+        """Report a parameter of a server of filter infos whose filter has no speeds."""
+        if table.node != "costmap_filter_info_server" or name not in ("type", "base", "multiplier"):
+            return False
+        kind = values.get("type")
+        if kind is not None and kind.value in (1, 2):
+            return False
+        self._report.without_effect(part, "a filter of this type has no speeds", given.line)
+        return True
+
+    # -- parameters of a plug-in ---------------------------------------------------------------------------------------
+
+    def _add_in(self, section: Section, part: str, name: str, given: GivenValue) -> None:
+        if not section.counts:
+            self._report.without_effect(part, f"one plug-in of the list counts: {section.chosen}", given.line)
+        elif name in ("plugin", PRIMARY, f"{PRIMARY}.plugin") and section.group.untyped is None:
+            self.writer.plugin(section, part, name, given)
+        elif section.table is None:
+            plugin = section.plugin or "a plug-in that the file does not name"
+            self._report.without_effect(part, f"of {plugin}, which is not known", given.line)
+        else:
+            rule = rule_in(section, name)
+            if rule is None:
+                self._refuse(part, name, known_in(section), given)
+            else:
+                self.writer.apply(rule, part, given)
+
+    # -- what depends on several parameters ----------------------------------------------------------------------------
+
+    def finish(self, tree: bytes | None) -> None:
+        """Add what depends on several parameters: limits, recoveries, the start."""
+        smoothed(self.writer, self._smoother)
+        fit_limits(self.writer)
+        plugins = None if self._behaviors is None else [each.plugin for each in self._behaviors]
+        add_recoveries(self.writer, plugins, tree)
+        add_start(self.writer, self._start)
+        self._report.entries.sort(key=lambda entry: entry.line or sys.maxsize)

@@ -1,0 +1,62 @@
+"""Recoveries of a robot: those of its behaviour tree, or of Nav2's own one, as far as the file has them."""
+
+from msgspec.structs import replace
+
+from ppaas.imports.parameters.nav2.behavior_tree import CLEAR, Tree, as_behaviors, default_tree, read_tree
+from ppaas.imports.parameters.nav2.servers import BEHAVIORS
+from ppaas.imports.parameters.nav2.writer import Writer
+
+LIST = "parameters.move_base.recovery_behaviors"
+RATE = "parameters.move_base.planner_frequency"
+
+OF_SERVER = ("spin", "backup")
+"""Names of recoveries that the parameters of the behavior server are for."""
+
+
+def add_recoveries(writer: Writer, plugins: list[str] | None, content: bytes | None) -> None:
+    """Add the recoveries and the rate of planning to a draft.
+
+    Parameters
+    ----------
+    writer : Writer
+    plugins : list of str, optional
+        Plug-ins of the behavior server, by their Nav2 names; None if the file has no such server.
+    content : bytes, optional
+        The robot's own tree.
+
+    Raises
+    ------
+    InvalidParameter
+        The tree is no tree.
+    """
+    if content is not None:
+        _add_tree(writer, read_tree(content))
+    elif plugins is not None:
+        tree = default_tree()
+        ours = {table.plugin: table.becomes for table in BEHAVIORS}
+        kinds = {ours.get(plugin, "") for plugin in plugins} | {CLEAR[1]}
+        tree = replace(tree, recoveries=tuple(each for each in tree.recoveries if each.type in kinds))
+        _add_list(writer, tree, "behavior_server", "the recoveries of Nav2's own tree")
+    names = {
+        each["name"] for each in writer.draft.get("parameters", {}).get("move_base", {}).get("recovery_behaviors", ())
+    }
+    for name in OF_SERVER:
+        if name not in names:
+            for parameter in list(writer.draft.get("parameters", {}).get(name, {})):
+                writer.drop(f"parameters.{name}.{parameter}", f"no recovery of the robot is {name}")
+            writer.draft.get("parameters", {}).pop(name, None)
+
+
+def _add_tree(writer: Writer, tree: Tree) -> None:
+    writer.translate(RATE, tree.rate, "bt_xml.RateController", "the rate of planning while the robot drives [Hz]")
+    _add_list(writer, tree, "bt_xml.RecoveryNode", "the recoveries of the tree, once for each retry")
+    for name in tree.others:
+        writer.report.without_effect(f"bt_xml.{name}", "the clone drives by its own state machine")
+
+
+def _add_list(writer: Writer, tree: Tree, part: str, text: str) -> None:
+    writer.translate(LIST, as_behaviors(tree.recoveries), part, text)
+    for each in dict.fromkeys((one.name, tuple(one.parameters.items())) for one in tree.recoveries):
+        name, parameters = each
+        for parameter, value in parameters:
+            writer.translate(f"parameters.{name}.{parameter}", value, f"{part}.{name}", "as the tree gives it")
