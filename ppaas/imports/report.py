@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from enum import Enum
 
 import msgspec
+from msgspec.structs import replace
 
 
 class ImportOutcome(Enum):
@@ -32,12 +33,15 @@ class ReportEntry(msgspec.Struct, frozen=True):
         What it became, why it has no effect, or why it was refused and what to do.
     line : int
         Line of the file, from 1; 0 if the format has no lines or the line is unknown.
+    to : str
+        Where its value is in the native file: ``parameters.dwa.max_vel_x``; empty if it has no such place.
     """
 
     part: str
     outcome: ImportOutcome
     text: str = ""
     line: int = 0
+    to: str = ""
 
 
 class ImportReport:
@@ -53,13 +57,13 @@ class ImportReport:
         self.source = source
         self.entries: list[ReportEntry] = []
 
-    def taken(self, part: str, text: str = "", line: int = 0) -> None:
+    def taken(self, part: str, text: str = "", line: int = 0, *, to: str = "") -> None:
         """Add a part that was taken as it is."""
-        self.entries.append(ReportEntry(part, ImportOutcome.TAKEN, text, line))
+        self.entries.append(ReportEntry(part, ImportOutcome.TAKEN, text, line, to))
 
-    def translated(self, part: str, text: str, line: int = 0) -> None:
+    def translated(self, part: str, text: str, line: int = 0, *, to: str = "") -> None:
         """Add a part that became another name or value."""
-        self.entries.append(ReportEntry(part, ImportOutcome.TRANSLATED, text, line))
+        self.entries.append(ReportEntry(part, ImportOutcome.TRANSLATED, text, line, to))
 
     def without_effect(self, part: str, reason: str, line: int = 0) -> None:
         """Add a part that is known, but has no effect."""
@@ -68,6 +72,22 @@ class ImportReport:
     def refused(self, part: str, reason: str, line: int = 0) -> None:
         """Add a part that could not be imported."""
         self.entries.append(ReportEntry(part, ImportOutcome.REFUSED, reason, line))
+
+    def withdraw(self, place: str, outcome: ImportOutcome, text: str) -> None:
+        """Change the outcome of all parts whose values were at a place of the native file, or below it.
+
+        Parameters
+        ----------
+        place : str
+            Dotted place, as in the entries: ``parameters.dwa``.
+        outcome : ImportOutcome
+            ``REFUSED`` or ``NO_EFFECT``: the value is no part of the native file any more.
+        text : str
+            The reason.
+        """
+        for index, entry in enumerate(self.entries):
+            if entry.to == place or entry.to.startswith(f"{place}."):
+                self.entries[index] = replace(entry, outcome=outcome, text=text, to="")
 
     def of(self, outcome: ImportOutcome) -> Iterator[ReportEntry]:
         """Return the entries with one outcome."""

@@ -60,9 +60,10 @@ def apply_rule(rule: ParameterRule, part: str, given: GivenValue, draft: dict[st
     put(draft, rule.to, value)
     same_name = part.rpartition(".")[2] == rule.to.rpartition(".")[2]
     if same_name and rule.convert is None and not rule.text:
-        report.taken(part, rule.to, given.line)
+        report.taken(part, rule.to, given.line, to=rule.to)
     else:
-        report.translated(part, f"{rule.to} = {value!r}" + (f": {rule.text}" if rule.text else ""), given.line)
+        text = f"{rule.to} = {value!r}" + (f": {rule.text}" if rule.text else "")
+        report.translated(part, text, given.line, to=rule.to)
 
 
 def put(draft: dict[str, Any], place: str, value: Any) -> None:

@@ -18,7 +18,8 @@ def applied(rule: ParameterRule, value: Any) -> tuple[dict[str, Any], ReportEntr
 def test_the_same_name_is_taken() -> None:
     draft, entry = applied(ParameterRule("parameters.amcl.alpha1"), 0.2)
     assert draft == {"map": "office", "parameters": {"amcl": {"alpha1": 0.2}}}
-    assert entry == ReportEntry("amcl.alpha1", ImportOutcome.TAKEN, "parameters.amcl.alpha1", 7)
+    place = "parameters.amcl.alpha1"
+    assert entry == ReportEntry("amcl.alpha1", ImportOutcome.TAKEN, place, 7, place)
 
 
 def test_a_conversion_is_a_translation() -> None:
