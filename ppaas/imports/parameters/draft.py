@@ -1,5 +1,6 @@
 """Robot file of several translations and the user's own one, of which the clone accepts every translated value."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -20,6 +21,9 @@ Refusal = Callable[[Mapping[str, Any]], str | None]
 """Returns why a robot file is refused, or None: ``ppaas.imports.parameters.clone_check.refusal``."""
 
 PARAMETERS = "parameters"
+
+MAP = "map"
+"""Field of a robot file that names its map."""
 
 NAME = "base_local_planner"
 """Field of a robot file, and parameter of Move Base, that names the local planner."""
@@ -63,17 +67,18 @@ def robot_file(translations: Sequence[Translation], own: Mapping[str, Any], refu
 def _winners(translations: Sequence[Translation], own: Mapping[str, Any]) -> Iterator[tuple[str, Any, int]]:
     """Return the places of all drafts that nothing overrides, with their values and the number of their draft."""
     later: dict[str, str] = {place: "the robot file" for place, _ in _leaves(own)}
-    winners = []
+    winners: list[list[tuple[str, Any, int]]] = []
     for source in reversed(range(len(translations))):
         draft, report = translations[source]
         leaves = dict(_leaves(draft))
+        winners.append([])
         for place, value in leaves.items():
             if place in later:
                 report.withdraw(place, ImportOutcome.NO_EFFECT, f"{later[place]} sets {place}, and wins")
             else:
-                winners.append((place, value, source))
+                winners[-1].append((place, value, source))
         later |= dict.fromkeys(leaves.keys() - later.keys(), report.source)
-    return reversed(winners)
+    return itertools.chain.from_iterable(reversed(winners))
 
 
 def _leaves(file: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -112,16 +117,20 @@ def _accepted(draft: Draft, own: Mapping[str, Any], refusal: Refusal, reports: S
     """Return the merged file, without those values of the draft that its clone refuses."""
     while True:
         file = _merged(draft, own)
-        refused = [
-            (path, fault.text)
-            for fault in all_faults(file, refusal)
-            if _has(draft, path := tuple(fault.parameter.split("."))[:_NAMED])
-        ]
+        found = all_faults({name: value for name, value in file.items() if name != MAP}, _within(file, refusal))
+        paths = [(tuple(fault.parameter.split("."))[:_NAMED], fault.text) for fault in found]
+        refused = [(path, text) for path, text in paths if _has(draft, path)]
         for path, text in refused:
             if _has(draft, path):
                 _withdraw(draft, path, ImportOutcome.REFUSED, text, reports)
         if not refused:
             return file
+
+
+def _within(file: Draft, refusal: Refusal) -> Refusal:
+    """Return a check of parts of a file on its map, which is never at fault."""
+    of_map = {MAP: file[MAP]} if MAP in file else {}
+    return lambda parts: refusal({**parts, **of_map})
 
 
 def _merged(draft: Draft, own: Mapping[str, Any]) -> Draft:

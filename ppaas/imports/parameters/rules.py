@@ -23,8 +23,8 @@ class ParameterRule(msgspec.Struct, frozen=True):
     text : str
         Why it has no effect, or what the translation does, for the report and the table of the documentation.
     convert : callable, optional
-        Function that returns the translated value. It raises ``InvalidParameter`` or ``ValueError`` for a value that
-        cannot be translated.
+        Function that returns the translated value, or None for a value that has no effect, such as a limit of 0 that
+        means none. It raises ``InvalidParameter`` or ``ValueError`` for a value that cannot be translated.
     """
 
     to: str = ""
@@ -57,9 +57,12 @@ def apply_rule(rule: ParameterRule, part: str, given: GivenValue, draft: dict[st
     except (InvalidParameter, ValueError, TypeError) as error:
         report.refused(part, str(error), given.line)
         return
+    if value is None:
+        report.without_effect(part, f"{given.value!r} sets nothing", given.line)
+        return
     put(draft, rule.to, value)
     same_name = part.rpartition(".")[2] == rule.to.rpartition(".")[2]
-    if same_name and rule.convert is None and not rule.text:
+    if same_name and not rule.text and value == given.value:
         report.taken(part, rule.to, given.line, to=rule.to)
     else:
         text = f"{rule.to} = {value!r}" + (f": {rule.text}" if rule.text else "")
