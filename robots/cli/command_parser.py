@@ -33,9 +33,25 @@ class CommandParser(argparse.ArgumentParser):
         if self.default_verb and words and words[0] not in (*self._verbs.choices, "-h", "--help"):
             words = [self.default_verb, *words]
         found, rest = super().parse_known_args(words, namespace)
+        rest = self._filled(found, rest)
         if not hasattr(found, "words"):  # the innermost verb has parsed already
             found.words = list(words)
         return found, rest
+
+    def _filled(self, found: argparse.Namespace, rest: list[str]) -> list[str]:
+        """Give words after options to positional arguments that may be left out, which argparse fills before options.
+
+        Returns
+        -------
+        list of str
+            The words that are left.
+        """
+        left = list(rest)
+        for action in self._get_positional_actions():
+            is_open = action.nargs == argparse.OPTIONAL and getattr(found, action.dest, None) == action.default
+            if is_open and left and not left[0].startswith("-"):
+                setattr(found, action.dest, self._get_value(action, left.pop(0)))
+        return left
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
         try:

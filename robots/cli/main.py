@@ -20,7 +20,7 @@ EXTRAS = {
     "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan", "defusedxml": "plan",
     "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud", "endpoints": "cloud", "engine": "cloud",
     "storage": "cloud", "aiomqtt": "vda5050", "shtab": "completion",
-    "authlib": "oidc", "joserfc": "oidc", "httpx2": "oidc",
+    "luaparser": "imports", "xacro": "imports", "authlib": "oidc", "joserfc": "oidc", "httpx2": "oidc",
 }  # fmt: skip
 """Extra that installs a package, for the packages that a command may miss."""
 

@@ -1,0 +1,165 @@
+"""Parameters of a node of another program: the ones that its rules know, and all others."""
+
+import difflib
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule
+from ppaas.imports.report import ImportOutcome, ImportReport
+
+if TYPE_CHECKING:
+    from ppaas.imports.parameters.draft import Translation
+
+OF_ANY_NODE: ParameterRules = {
+    "use_sim_time": ParameterRule(text="the cloud takes the time of the messages"),
+    "qos_overrides": ParameterRule(text="clients of the cloud have no quality of service"),
+    "autostart": ParameterRule(text="the nodes of a clone start when the robot connects"),
+    "bond_timeout": ParameterRule(text="the cloud watches its containers itself"),
+    "bond_heartbeat_period": ParameterRule(text="the cloud watches its containers itself"),
+    "introspection_mode": ParameterRule(text="services are not recorded one by one; see the recorder"),
+    "service_introspection_mode": ParameterRule(text="services are not recorded one by one; see the recorder"),
+    "allow_parameter_qos_overrides": ParameterRule(text="clients of the cloud have no quality of service"),
+}
+"""Parameters that every node of ROS has, or that manage its life."""
+
+SUBSTITUTION = "$("
+"""Begin of a part of a value that only a launch file resolves."""
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?\d+")
+
+_LIKE = 0.6
+"""Smallest likeness of a name that is suggested in place of an unknown one, from 0 to 1."""
+
+_MOST_SUGGESTIONS = 300
+"""Number of parts of a file from which on no names are suggested: each takes about 3 ms."""
+
+
+def nearest_name(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most like a name, without regard to upper case; None if none is like it."""
+    by_lower = {each.lower(): each for each in known}
+    found = difflib.get_close_matches(name.lower(), by_lower, 1, _LIKE)
+    return by_lower[found[0]] if found else None
+
+
+def refuse_unknown(part: str, name: str, known: Iterable[str], line: int, report: ImportReport) -> None:
+    """Report a parameter that no rule knows, with the known name that is most like its name."""
+    near = nearest_name(name, known) if len(report.entries) < _MOST_SUGGESTIONS else None
+    report.refused(part, "unknown parameter" + (f"; did you mean {near!r}?" if near else ""), line)
+
+
+def as_ros_reads(given: GivenValue) -> GivenValue:
+    """Return a value as ROS reads it: a number without a point, such as ``1e-3``, is text in YAML."""
+    if isinstance(given.value, str) and _NUMBER.fullmatch(given.value):
+        return GivenValue(float(given.value), given.line)
+    return given
+
+
+def apply_once(rule: ParameterRule, part: str, given: GivenValue, into: "Translation") -> None:
+    """Apply a rule to a parameter; others that the same place of the robot file had its value from lose, and say so."""
+    draft, report = into
+    apply_rule(rule, part, as_ros_reads(given), draft, report)
+    entry = report.entries.pop()
+    if entry.to:
+        report.withdraw(entry.to, ImportOutcome.NO_EFFECT, f"{part} sets {entry.to}, too, and wins")
+    report.entries.append(entry)
+
+
+def is_left_open(part: str, given: GivenValue, report: ImportReport) -> bool:
+    """Return whether a value is left open, and report that: it is null, or has a substitution of a launch file."""
+    if given.value is None:
+        report.refused(part, "it has no value; write one, or remove the line", given.line)
+        return True
+    if SUBSTITUTION in str(given.value):
+        report.refused(part, f"{given.value!r} is filled in by a launch file: write the value itself", given.line)
+        return True
+    return False
+
+
+def apply_known(rules: ParameterRules, given: Mapping[str, GivenValue], node: str, into: "Translation") -> None:
+    """Apply the rules of a node to its parameters; unknown names are reported with the nearest known one.
+
+    Parameters
+    ----------
+    rules : mapping
+        Rules by the names of the node's parameters; `OF_ANY_NODE` hold, too.
+    given : mapping
+    node : str
+        Name of the node in the report; empty for parameters outside any node.
+    into : Translation
+        It is changed.
+    """
+    report = into[1]
+    known = {**OF_ANY_NODE, **rules}
+    for name, value in given.items():
+        part = f"{node}.{name}" if node else name
+        rule = known.get(name) or OF_ANY_NODE.get(name.partition(".")[0])
+        if rule is None:
+            refuse_unknown(part, name, known, value.line, report)
+        elif not rule.to or not is_left_open(part, value, report):
+            apply_once(rule, part, value, into)
+
+
+def report_repeated(file: ParameterFile, report: ImportReport) -> None:
+    """Report the names that occur twice in one mapping of a file."""
+    for name, line in file.repeated:
+        report.without_effect(name, f"it occurs again in line {line}, which counts")
+
+
+def values_of_node(
+    file: ParameterFile, is_wanted: Callable[[str], bool], report: ImportReport
+) -> tuple[str, dict[str, GivenValue]]:
+    """Return the name and the parameters of one node of a file.
+
+    Parameters for all nodes (``/**``) hold, too, unless the node has its own value. If no node has a wanted name and
+    there is one only, that one is meant: its user has renamed it.
+
+    Parameters
+    ----------
+    file : ParameterFile
+    is_wanted : callable
+        Returns whether the last part of a node's name, in lower case, may be the program's.
+    report : ImportReport
+        It names nodes that are not wanted.
+    """
+    general = [name for name in file.nodes if not name.strip("/*")]
+    named = [name for name in file.nodes if name not in general]
+    wanted = [name for name in named if is_wanted(name.rpartition("/")[2].lower())]
+    if not wanted and len(named) == 1 and not general:
+        wanted = named
+    values: dict[str, GivenValue] = {}
+    for name in (*general, *wanted):
+        _report_overridden(name, values.keys() & file.nodes[name].keys(), values, report)
+        values |= file.nodes[name]
+    for name in named:
+        if name not in wanted:
+            report.without_effect(name, "these are the parameters of another node", _first_line(file.nodes[name]))
+    return (wanted or general or [""])[-1], values
+
+
+def _report_overridden(
+    later: str, names: Iterable[str], values: Mapping[str, GivenValue], report: ImportReport
+) -> None:
+    for name in sorted(names):
+        report.without_effect(name, f"{later or 'a line outside any node'} sets it, too, and wins", values[name].line)
+
+
+def _first_line(values: Mapping[str, GivenValue]) -> int:
+    return min((value.line for value in values.values()), default=0)
+
+
+def numbers(value: object, count: int) -> list[float]:
+    """Return a list of numbers, or text such as ``[1, 2.5]``, as a list of this many floats.
+
+    Raises
+    ------
+    ValueError
+        It is no list of this many numbers.
+    """
+    given: Sequence[object] = value.strip(" []").replace(",", " ").split() if isinstance(value, str) else ()
+    if isinstance(value, list | tuple):
+        given = value
+    if len(given) != count or any(isinstance(each, bool) for each in given):
+        raise ValueError(f"it must be a list of {count} numbers, not {value!r}")
+    return [float(each) for each in given]  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""Parameter files of ROS 1: move_base, its costmaps, planners and recovery behaviours."""

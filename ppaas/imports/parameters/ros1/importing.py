@@ -1,0 +1,246 @@
+"""Parameter files of ROS 1's navigation: move_base with its costmaps, planners and recovery behaviours, and amcl."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ppaas.controllers.registry import CONTROLLERS
+from ppaas.errors import InvalidParameter
+from ppaas.imports.parameters.amcl import apply_amcl
+from ppaas.imports.parameters.known_names import (
+    apply_known,
+    apply_once,
+    is_left_open,
+    nearest_name,
+    refuse_unknown,
+    report_repeated,
+)
+from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
+from ppaas.imports.parameters.ros1.costmaps import apply_costmap, apply_costmap_value, drop_radius
+from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
+from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, rules_of_recovery
+from ppaas.imports.parameters.ros1.sections import (
+    AMCL,
+    LOCAL_PLANNER,
+    MOVE_BASE_NAMES,
+    SLAM,
+    Section,
+    layer_rule_name,
+    sections_of,
+)
+from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put
+from ppaas.imports.parameters.slam.gmapping import apply_gmapping
+from ppaas.imports.report import ImportOutcome, ImportReport
+from ppaas.navigation.parameters import AGGRESSIVE, CONSERVATIVE, ROTATE
+from ppaas.recoveries.registry import RECOVERIES
+
+if TYPE_CHECKING:
+    from ppaas.imports.parameters.draft import Translation
+
+LOCAL_PLANNERS: Mapping[str, tuple[str, ParameterRules]] = {
+    "TrajectoryPlannerROS": ("dwa", TRAJECTORY),
+    "DWAPlannerROS": ("dwa", DYNAMIC_WINDOW),
+    "TebLocalPlannerROS": ("mppi", ELASTIC_BAND),
+}
+"""Plug-in and rules of each local planner, by the last part of its name."""
+
+DEFAULT = "TrajectoryPlannerROS"
+"""Local planner of move_base if none is named."""
+
+GLOBAL_PLANNER_FIELD = "base_global_planner"
+
+_COSTMAPS = {"local_costmap": LOCAL_RULES, "global_costmap": GLOBAL_RULES}
+_SECTIONS = (*MOVE_BASE_NAMES, *_COSTMAPS, *LOCAL_PLANNERS, "NavfnROS", "GlobalPlanner", AMCL)
+
+
+def import_ros1(content: bytes, name: str, new_map: str = "map") -> "Translation":
+    """Translate one parameter file of ROS 1 into a part of a robot file; see `import_ros1_files`."""
+    return import_ros1_files([(content, name)], new_map)[0]
+
+
+def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") -> "list[Translation]":
+    """Translate the parameter files of a robot of ROS 1, of which each becomes a part of a robot file.
+
+    Which local planner drives, and which recovery behaviours there are, may be in another file than their parameters.
+
+    Parameters
+    ----------
+    files : sequence of (bytes, str)
+        Contents and names.
+    new_map : str
+        Id under which the map is to be published that the robot makes, if a file has parameters of gmapping.
+
+    Raises
+    ------
+    InvalidParameter
+        A file cannot be read as parameters, or is one of ROS 2.
+    """
+    read = [(read_parameter_file(content), ImportReport(name)) for content, name in files]
+    for file, report in read:
+        if file.is_ros2:
+            raise InvalidParameter(f"{report.source} has ros__parameters, and so is a file of ROS 2: not for --ros1")
+    sections = [sections_of(file) for file, _ in read]
+    robot = _Robot([section for each in sections for section in each], new_map)
+    translations: list[Translation] = []
+    for (file, report), each in zip(read, sections, strict=True):
+        into: Translation = ({}, report)
+        report_repeated(file, report)
+        for section in each:
+            robot.translate(section, into)
+        report.entries.sort(key=lambda entry: entry.line)
+        translations.append(into)
+    drop_radius(translations)
+    return translations
+
+
+class _Robot:
+    """What the sections of all files say together: the planners and the recovery behaviours.
+
+    Parameters
+    ----------
+    sections : list of Section
+    new_map : str
+    """
+
+    def __init__(self, sections: list[Section], new_map: str) -> None:
+        self._new_map = new_map
+        named = [each.values[LOCAL_PLANNER] for each in sections if not each.name and LOCAL_PLANNER in each.values]
+        present = [section.name for section in sections if section.name in LOCAL_PLANNERS]
+        self._is_named = bool(named)
+        self._planner = _last(named[-1].value) if named else DEFAULT if DEFAULT in present else (present or [""])[0]
+        self._behaviors = _behaviors(sections)
+        searches = [each.values.get("use_dijkstra") for each in sections if each.name == "GlobalPlanner"]
+        self._global = "astar" if any(each is not None and each.value is False for each in searches) else "dijkstra"
+
+    def translate(self, section: Section, into: "Translation") -> None:
+        """Translate a section into the draft of its file."""
+        name = section.name
+        if name in LOCAL_PLANNERS:
+            self._local_planner(section, into)
+        elif name in _COSTMAPS:
+            apply_costmap(_COSTMAPS[name], section, into)
+        elif name in ("NavfnROS", "GlobalPlanner"):
+            self._global_planner(section, into)
+        elif name == AMCL:
+            apply_amcl(section.values, section.node, into, is_ros2=False)
+        elif SLAM in name:
+            apply_gmapping(section.values, section.node, into, self._new_map)
+        elif name in self._behaviors:
+            self._recovery(section, into)
+        elif not name:
+            self._move_base(section, into)
+        elif any(layer_rule_name(each, COMMON_RULES) in COMMON_RULES for each in section.values):
+            apply_costmap(COMMON_RULES, section, into)
+        else:
+            line = min(value.line for value in section.values.values())
+            refuse_unknown(section.node, name, _SECTIONS, line, into[1])
+
+    def _move_base(self, section: Section, into: "Translation") -> None:
+        """Translate parameters of move_base, and those common to its costmaps, which stand beside them."""
+        draft, report = into
+        for name, given in section.values.items():
+            part = section.prefix + name
+            if name == LOCAL_PLANNER:
+                self._name_planner(part, given, into)
+            elif name == GLOBAL_PLANNER_FIELD and _last(given.value) == "GlobalPlanner":
+                put(draft, name, self._global)
+                report.translated(part, f"{name} = {self._global!r}", given.line, to=name)
+            elif name in COMMON_RULES and name not in MOVE_BASE:
+                apply_costmap_value(COMMON_RULES, part, given, into)
+            else:
+                apply_known({**COMMON_RULES, **MOVE_BASE}, {name: given}, section.node, into)
+
+    def _name_planner(self, part: str, given: GivenValue, into: "Translation") -> None:
+        draft, report = into
+        if is_left_open(part, given, report):
+            return
+        name = str(given.value)
+        own = LOCAL_PLANNERS[_last(name)][0] if _last(name) in LOCAL_PLANNERS else CONTROLLERS.own_name(name)
+        if own in CONTROLLERS:
+            put(draft, LOCAL_PLANNER, own)
+            report.translated(part, f"{LOCAL_PLANNER} = {own!r}", given.line, to=LOCAL_PLANNER)
+            return
+        near = nearest_name(_last(name), LOCAL_PLANNERS)
+        known = f"did you mean {near!r}?" if near else f"known: {', '.join(LOCAL_PLANNERS)}"
+        report.refused(part, f"there is no local planner {name!r}; {known}", given.line)
+
+    def _local_planner(self, section: Section, into: "Translation") -> None:
+        draft, report = into
+        if section.name != self._planner:
+            for name, given in section.values.items():
+                report.without_effect(section.prefix + name, f"the robot drives with {self._planner}", given.line)
+            return
+        own, rules = LOCAL_PLANNERS[section.name]
+        if not self._is_named:
+            put(draft, LOCAL_PLANNER, own)
+            report.translated(section.node, f"{LOCAL_PLANNER} = {own!r}", to=LOCAL_PLANNER)
+        rest = {name: value for name, value in section.values.items() if name not in TOP_SPEEDS}
+        _plain(rules, Section(section.name, rest, section.prefix), into)
+        for name in TOP_SPEEDS:
+            if name in section.values:
+                _top_speed(own, section.prefix + name, section.values[name], into)
+
+    def _global_planner(self, section: Section, into: "Translation") -> None:
+        """Translate the parameters of a global planner; global_planner/GlobalPlanner is one of two plug-ins."""
+        if section.name == "NavfnROS":
+            _plain(NAVFN, section, into)
+            return
+        place = "parameters.dijkstra."
+        rules = {
+            name: ParameterRule(rule.to.replace(place, f"parameters.{self._global}."), rule.text, rule.convert)
+            for name, rule in GLOBAL_PLANNER.items()
+        }
+        rules["use_dijkstra"] = ParameterRule(text=f"global_planner/GlobalPlanner becomes {self._global}")
+        _plain(rules, section, into)
+
+    def _recovery(self, section: Section, into: "Translation") -> None:
+        rules = rules_of_recovery(self._behaviors[section.name])
+        for name, given in section.values.items():
+            part = section.prefix + name
+            if rules is None:
+                into[1].without_effect(part, "this recovery behaviour has no such parameters", given.line)
+            elif name not in rules:
+                refuse_unknown(part, name, rules, given.line, into[1])
+            else:
+                rule = rules[name]
+                to = f"parameters.{section.name}.{rule.to}" if rule.to else ""
+                apply_once(ParameterRule(to, rule.text, rule.convert), part, given, into)
+
+
+def _last(name: object) -> str:
+    return str(name).replace("::", "/").rpartition("/")[2]
+
+
+def _behaviors(sections: list[Section]) -> dict[str, str]:
+    """Return the types of the recovery behaviours by their names."""
+    for section in reversed(sections):
+        given = section.values.get("recovery_behaviors")
+        if not section.name and given is not None and isinstance(given.value, list):
+            named = [each for each in given.value if isinstance(each, dict) and {"name", "type"} <= each.keys()]
+            return {str(each["name"]): RECOVERIES.own_name(str(each["type"])) for each in named}
+    return {each.name: each.type for each in (CONSERVATIVE, ROTATE, AGGRESSIVE)}
+
+
+def _plain(rules: ParameterRules, section: Section, into: "Translation") -> None:
+    """Apply rules to a section, in which a name may have further ones below it."""
+    for name, given in section.values.items():
+        above = name.partition(".")[0]
+        if name not in rules and above in rules and not rules[above].to:
+            into[1].without_effect(section.prefix + name, rules[above].text, given.line)
+        else:
+            apply_known(rules, {name: given}, section.node, into)
+
+
+def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> None:
+    """Lower the top speed of a planner to one of all directions, where 0 is none."""
+    draft, report = into
+    place = f"parameters.{own}.max_vel_x"
+    forward = draft.get("parameters", {}).get(own, {}).get("max_vel_x")
+    if not isinstance(given.value, int | float) or isinstance(given.value, bool):
+        report.refused(part, f"it must be a number, not {given.value!r}", given.line)
+    elif given.value == 0 or (isinstance(forward, int | float) and forward <= given.value):
+        report.without_effect(part, "max_vel_x is the top speed, and no higher", given.line)
+    else:
+        report.withdraw(place, ImportOutcome.NO_EFFECT, f"{part} is lower, and bounds it")
+        put(draft, place, given.value)
+        report.translated(part, f"{place} = {given.value!r}", given.line, to=place)

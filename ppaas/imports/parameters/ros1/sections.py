@@ -1,0 +1,89 @@
+"""Sections of parameter files of ROS 1: which program reads a parameter, whatever file and namespace it is in."""
+
+from collections.abc import Iterable, Mapping
+
+import msgspec
+
+from ppaas.imports.parameters.amcl import ROS1_POSE, ROS1_RULES
+from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES
+from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
+from ppaas.imports.parameters.ros1.move_base_rules import MOVE_BASE
+from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
+from ppaas.imports.parameters.rules import ParameterRules
+from ppaas.imports.parameters.slam.gmapping import RULES as GMAPPING
+
+MOVE_BASE_NAMES = ("move_base", "move_base_node", "move_base_flex")
+"""Names of the node, which its parameters may be below."""
+
+AMCL, SLAM, COMMON, LOCAL_PLANNER = "amcl", "gmapping", "costmap", "base_local_planner"
+"""Sections of parameters that may be outside any, in the file of their program."""
+
+_FLAT: Mapping[str, Iterable[str]] = {
+    AMCL: (*ROS1_RULES, *ROS1_POSE),
+    SLAM: GMAPPING,
+    "TebLocalPlannerROS": (*ELASTIC_BAND, *TOP_SPEEDS),
+    "DWAPlannerROS": (*DYNAMIC_WINDOW, *TOP_SPEEDS),
+    "TrajectoryPlannerROS": TRAJECTORY,
+}
+"""Names of the parameters that a program reads, if its file is loaded into its own namespace."""
+
+
+class Section(msgspec.Struct, frozen=True):
+    """Parameters of one program in one file.
+
+    Parameters
+    ----------
+    name : str
+        ``move_base``, ``local_costmap``, ``DWAPlannerROS``, ``amcl``, …; empty for common ones of move_base.
+    values : dict
+        Values by their names in the section.
+    prefix : str
+        What precedes these names in the file.
+    """
+
+    name: str
+    values: dict[str, GivenValue]
+    prefix: str
+
+    @property
+    def node(self) -> str:
+        """The section as it is written in the file."""
+        return self.prefix.rstrip(".")
+
+
+def sections_of(file: ParameterFile) -> list[Section]:
+    """Return the sections of a file, of which the namespace of move_base is left out.
+
+    Parameters outside any section are those of the program that knows most of them.
+    """
+    found: dict[tuple[str, str], dict[str, GivenValue]] = {}
+    flat: dict[str, GivenValue] = {}
+    for node, values in file.nodes.items():
+        *above, last = node.split("/")
+        for name, value in values.items():
+            prefix, _, rest = f"{last}.{name}".lstrip(".").partition(".")
+            space = "".join(f"{each}/" for each in above)
+            if prefix in MOVE_BASE_NAMES and rest:
+                space, (prefix, _, rest) = f"{space}{prefix}/", rest.partition(".")
+            if rest:
+                found.setdefault((prefix, space), {})[rest] = value
+            else:
+                flat[prefix] = value
+    named = [Section(name, values, f"{space}{name}.") for (name, space), values in found.items()]
+    return ([_flat_section(flat)] if flat else []) + named
+
+
+def _flat_section(flat: dict[str, GivenValue]) -> Section:
+    """Return the section of parameters outside any, by the program that knows most of their names."""
+    names = flat.keys()
+    best, known = "", len(names & {*MOVE_BASE, *COMMON_RULES, LOCAL_PLANNER})
+    for section, rules in _FLAT.items():
+        count = len(names & set(rules))
+        if count > known:
+            best, known = section, count
+    return Section(best, flat, "")
+
+
+def layer_rule_name(name: str, rules: ParameterRules) -> str:
+    """Return the name of a costmap's rule: its last part, if the parameter belongs to a layer or a source."""
+    return name if name in rules else name.rpartition(".")[2]

@@ -1,0 +1,1 @@
+"""Parameter files of programs that make maps: slam_toolbox, gmapping and cartographer."""
