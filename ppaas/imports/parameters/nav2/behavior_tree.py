@@ -158,6 +158,8 @@ def _recoveries(nodes: list[_Node]) -> Iterator[Recovery]:
         if not any(groups):
             continue
         retries = max(1, int(_port(node, "number_of_retries", 1.0)))
+        if any(each.ports.get("wrap_around", "").lower() == "false" for each in nodes[children[-1] : node.end]):
+            retries = min(retries, len(groups))  # a round robin that tries each once
         names = _Names()
         count = 0
         for attempt in range(retries):

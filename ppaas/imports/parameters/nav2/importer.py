@@ -132,7 +132,9 @@ class _Importer:
         for name, given in values.items():
             part = f"{path}.{name}"
             section = section_of(name, sections)
-            if name in lists and not is_substitution(given.value):
+            if given.value is None or given.value == {}:
+                self._report.without_effect(part.rstrip("."), "has no value", given.line)
+            elif name in lists and not is_substitution(given.value):
                 listed = ", ".join(names_of(given.value)) or "none"
                 self._report.taken(part, f"names the sections {listed}", given.line)
             elif section is not None:
