@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
@@ -55,11 +54,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (put, one, change, delete):
         verb.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
     robot_list.configure(listing)
-    put.add_argument("file", type=Path, nargs="?", help="the robot file; may be left out with --nav2")
-    robot_import.configure(put)
+    put.add_argument("file", type=Path, nargs="?", help="the robot file")
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
     robot_urdf.add_mesh_argument(put)
+    robot_import.configure(put)
     change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
     for verb in (put, one, change, delete):
         add_session_arguments(verb)
@@ -72,19 +71,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _put(arguments: argparse.Namespace) -> None:
-    from robots.client.robot_file import load_robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
-
-    if robot_import.is_wanted(arguments):
-        given = robot_import.translated_file(arguments)
-        if given is None:
-            return
-    elif arguments.file is None:
-        raise InvalidInput("name a robot file, or a file to translate: --nav2 FILE")
-    else:
-        given = load_robot_file(arguments.file)
-    client = logged_in(arguments)
     urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
-    file = given.with_radius(arguments.radius)
+    file = robot_import.robot_file(arguments).with_radius(arguments.radius)
+    if arguments.dry_run:
+        robot_import.show_file(file)
+        return
+    client = logged_in(arguments)
     await client.put_robot(arguments.id, file)
     if file.unused is not None:
         when = "on a published map" if file.unused == "grid_slam" else "while the robot makes a map"

@@ -1,103 +1,109 @@
-"""Part of the verb ``ppaas robot put``: parameter files of other programs, which become a robot file."""
+"""Options of ``ppaas robot put`` that read parameter files of other programs, and the robot file that they make."""
 
 import argparse
 import json
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput, InvalidParameter
-from robots.cli.output import print_line
 
 if TYPE_CHECKING:
     from ppaas.imports.parameters.draft import Translation
     from robots.client.robot_file import RobotFile
 
+_OPTIONS = {
+    "nav2": ("--nav2", "parameters of Nav2, Humble to Rolling"),
+}
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the files that are translated."""
-    parser.add_argument("--map", metavar="MAP", help="id of the robot's map, instead of the one in the robot file")
-    parser.add_argument(
-        "--nav2", type=Path, action="append", default=[], metavar="FILE",
-        help="translate this parameter file of Nav2; of several, the later one wins, and the robot file over all",
-    )  # fmt: skip
-    parser.add_argument("--bt-xml", type=Path, metavar="FILE", help="with --nav2: behaviour tree that the robot has")
-    parser.add_argument("--namespace", default="", metavar="NAME", help="with --nav2: robot of a file for several")
-    parser.add_argument(
-        "--dry-run", action="store_true", help="print the report and the robot file; send nothing, and need no cloud"
+    """Add the options."""
+    group = parser.add_argument_group(
+        "import", "Parameter files of other programs. FILE.json wins over them, and a later one over an earlier one."
+    )
+    group.add_argument("--map", metavar="MAP", help="map of the robot, or new:MAP for one that it makes")
+    for name, (option, words) in _OPTIONS.items():
+        group.add_argument(option, dest=name, type=Path, action="append", default=[], metavar="FILE", help=words)
+    group.add_argument("--bt-xml", type=Path, metavar="FILE", help="with --nav2: behaviour tree that the robot has")
+    group.add_argument("--namespace", default="", metavar="NAME", help="with --nav2: robot of a file for several")
+    group.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="print the robot file and what became of each parameter, and send nothing",
     )
 
 
-def is_wanted(arguments: argparse.Namespace) -> bool:
-    """Return whether files are to be translated, or the robot file is only to be printed."""
-    return bool(arguments.nav2 or arguments.map or arguments.dry_run)
-
-
-def translated_file(arguments: argparse.Namespace) -> "RobotFile | None":
-    """Translate all files, print their reports, and return the robot file; None after ``--dry-run``.
+def robot_file(arguments: argparse.Namespace) -> "RobotFile":
+    """Return the robot file of the arguments, and print the reports of what was imported.
 
     Raises
     ------
     InvalidInput
         A file cannot be read.
     InvalidParameter
-        A file is no parameter file, or the robot file is invalid; the text says why.
+        No map is named, a file is no parameter file, or the robot file is invalid; the text says why.
     """
-    from ppaas.imports.parameters.draft import robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
-    from robots.cli.import_report import print_report  # noqa: PLC0415
-    from robots.client.robot_file import parse_robot_file  # noqa: PLC0415
+    from robots.client.robot_file import load_robot_file, parse_robot_file  # noqa: PLC0415 - for ``ppaas --help``
 
-    own = _own_file(arguments)
-    translations = _translations(arguments)
-    file = dict(own)
-    if translations:
-        from ppaas.imports.parameters.clone_check import refusal  # noqa: PLC0415 - loads the kernels
-
-        file = robot_file(translations, own, refusal)
-    for _, report in translations:
-        print_report(report, as_json=arguments.json)
-    if arguments.dry_run:
-        print_line(json.dumps(file, indent=2))
-        return None
-    if "map" not in file:
-        raise InvalidParameter("a robot is on a map: name it with --map MAP, or in the robot file")
-    return parse_robot_file(json.dumps(file))
+    if not _given(arguments) and arguments.map is None:
+        if arguments.file is None:
+            raise InvalidParameter("name a robot file, or files to import: see ppaas robot put --help")
+        return load_robot_file(arguments.file)
+    return parse_robot_file(json.dumps(_imported(arguments)))
 
 
-def _own_file(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the user's own robot file as it is, without defaults, on the map that is named."""
-    own: dict[str, Any] = {}
-    if arguments.file is not None:
-        from robots.client.robot_file import parse_robot_file  # noqa: PLC0415 - as above
+def _given(arguments: argparse.Namespace) -> bool:
+    return any(getattr(arguments, name) for name in _OPTIONS)
 
-        content = _read(arguments.file, "robot file")
-        try:
-            decoded = json.loads(content)
-        except (ValueError, RecursionError) as error:
-            raise InvalidInput(f"the robot file is not JSON: {error}") from error
-        if not isinstance(decoded, Mapping):
-            raise InvalidParameter("the robot file must be an object")
-        own = dict(decoded)
-        parse_robot_file(json.dumps({"map": "map", **own}))  # refuses unknown fields and invalid values
+
+def _imported(arguments: argparse.Namespace) -> dict[str, Any]:
+    from ppaas.imports.parameters.clone_check import refusal  # noqa: PLC0415 - loads the nodes of a clone
+    from ppaas.imports.parameters.draft import robot_file  # noqa: PLC0415 - as above
+    from robots.cli.import_report import print_report  # noqa: PLC0415 - as above
+
+    own = {} if arguments.file is None else _own(arguments.file)
     if arguments.map is not None:
         own["map"] = arguments.map
-    return own
+    translations = list(_translations(arguments))
+    if "map" not in own and not any("map" in draft for draft, _ in translations):
+        raise InvalidParameter(
+            "name the published map of the robot by --map MAP, or a map that it makes by --map new:MAP"
+        )
+    merged = robot_file(translations, own, refusal)
+    for _, report in translations:
+        print_report(report, as_json=arguments.json)
+    return merged
 
 
-def _translations(arguments: argparse.Namespace) -> "list[Translation]":
-    if not arguments.nav2:
-        return []
+def _translations(arguments: argparse.Namespace) -> "Iterator[Translation]":
+    """Return the translations of all files, in the order of the options of `_OPTIONS`."""
     from ppaas.imports.parameters.nav2.importer import import_nav2  # noqa: PLC0415 - needs the extra plan
 
-    tree = None if arguments.bt_xml is None else _read(arguments.bt_xml, "behaviour tree")
-    return [
-        import_nav2(_read(path, "parameter file"), path.name, tree=tree, namespace=arguments.namespace)
-        for path in arguments.nav2
-    ]
+    tree = None if arguments.bt_xml is None else _read(arguments.bt_xml)
+    for path in arguments.nav2:
+        yield import_nav2(_read(path), path.name, tree=tree, namespace=arguments.namespace)
 
 
-def _read(path: Path, what: str) -> bytes:
+def _own(path: Path) -> dict[str, Any]:
+    """Return a robot file as its user wrote it, without defaults."""
+    try:
+        file = json.loads(_read(path))
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput(f"the robot file is not JSON: {error}") from error
+    if not isinstance(file, dict):
+        raise InvalidParameter(f"the robot file must be an object, not {type(file).__name__}")
+    return file
+
+
+def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise InvalidInput(f"cannot read the {what}: {error}") from error
+        raise InvalidInput(f"cannot read {path}: {error}") from error
+
+
+def show_file(file: "RobotFile") -> None:
+    """Print a robot file as JSON on standard output."""
+    sys.stdout.write(json.dumps(json.loads(file.encode()), indent=2) + "\n")

@@ -20,7 +20,7 @@ Parts = dict[str, tuple[str, GivenValue]]
 _OF_CONTROLLER = f"parameters.{CONTROLLER}."
 
 
-class Writer:
+class DraftWriter:
     """Writes values into a draft, and reports them.
 
     Parameters
