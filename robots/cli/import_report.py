@@ -3,6 +3,8 @@
 import sys
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from robots.cli.output import table
 
 if TYPE_CHECKING:
@@ -21,8 +23,6 @@ def print_report(report: "ImportReport", *, as_json: bool = False) -> None:
         Print one line of JSON instead; standard output stays free for the answer of the cloud.
     """
     if as_json:
-        import msgspec  # noqa: PLC0415 - ``ppaas --help`` loads this module
-
         document = {"source": report.source, "counts": report.counts(), "entries": report.entries}
         sys.stderr.write(msgspec.json.encode(document).decode() + "\n")
         return

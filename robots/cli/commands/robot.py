@@ -54,7 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (put, one, change, delete):
         verb.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
     robot_list.configure(listing)
-    put.add_argument("file", type=Path, nargs="?", help="the robot file; may be left out with files to import")
+    put.add_argument("file", type=Path, nargs="?", help="the robot file")
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
     robot_urdf.add_mesh_argument(put)
@@ -72,10 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 async def _put(arguments: argparse.Namespace) -> None:
     urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
-    given = robot_import.robot_file(arguments)
-    if given is None:
+    file = robot_import.robot_file(arguments).with_radius(arguments.radius)
+    if arguments.dry_run:
+        robot_import.show_file(file)
         return
-    file = given.with_radius(arguments.radius)
     client = logged_in(arguments)
     await client.put_robot(arguments.id, file)
     if file.unused is not None:

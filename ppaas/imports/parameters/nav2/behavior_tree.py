@@ -46,7 +46,7 @@ CLEAR = ("clear_costmaps", "clear_costmap_recovery")
 """Our name and plug-in of all nodes that clear costmaps."""
 
 
-class Recovery(msgspec.Struct, frozen=True):
+class RecoveryEntry(msgspec.Struct, frozen=True):
     """One entry of the list of recoveries.
 
     Parameters
@@ -68,14 +68,14 @@ class Tree(msgspec.Struct, frozen=True):
     ----------
     rate : float
         Rate of planning while the robot drives [Hz]; 0 if the tree plans once.
-    recoveries : tuple of Recovery
+    recoveries : tuple of RecoveryEntry
         In order, as often as the tree retries.
     others : tuple of str
         Names of the nodes that are not taken.
     """
 
     rate: float
-    recoveries: tuple[Recovery, ...]
+    recoveries: tuple[RecoveryEntry, ...]
     others: tuple[str, ...]
 
 
@@ -148,7 +148,7 @@ def _rate(nodes: list[_Node]) -> float:
     return 0.0
 
 
-def _recoveries(nodes: list[_Node]) -> Iterator[Recovery]:
+def _recoveries(nodes: list[_Node]) -> Iterator[RecoveryEntry]:
     """Return the recoveries: the last child of the outermost recovery node that has any, once for each retry."""
     for index, node in enumerate(nodes):
         if node.name != "RecoveryNode":
@@ -158,6 +158,8 @@ def _recoveries(nodes: list[_Node]) -> Iterator[Recovery]:
         if not any(groups):
             continue
         retries = max(1, int(_port(node, "number_of_retries", 1.0)))
+        if any(each.ports.get("wrap_around", "").lower() == "false" for each in nodes[children[-1] : node.end]):
+            retries = min(retries, len(groups))  # a round robin that tries each once
         names = _Names()
         count = 0
         for attempt in range(retries):
@@ -169,7 +171,7 @@ def _recoveries(nodes: list[_Node]) -> Iterator[Recovery]:
         return
 
 
-def _groups(nodes: list[_Node], at: int) -> list[list[Recovery]]:
+def _groups(nodes: list[_Node], at: int) -> list[list[RecoveryEntry]]:
     """Return what runs at each attempt in turn: the children of a round robin, or else all each time."""
     robin = next((i for i in range(at, nodes[at].end) if nodes[i].name == "RoundRobin"), None)
     if robin is None:
@@ -178,19 +180,19 @@ def _groups(nodes: list[_Node], at: int) -> list[list[Recovery]]:
     return [group for child in children if (group := _actions(nodes, child, nodes[child].end))]
 
 
-def _actions(nodes: list[_Node], begin: int, end: int) -> list[Recovery]:
+def _actions(nodes: list[_Node], begin: int, end: int) -> list[RecoveryEntry]:
     """Return the recoveries among nodes; several that clear costmaps one after the other are one."""
-    found: list[Recovery] = []
+    found: list[RecoveryEntry] = []
     for node in nodes[begin:end]:
         if node.name in CLEARS:
             distance = _port(node, "reset_distance", 1.0) if node.name == "ClearCostmapExceptRegion" else 0.0
-            clear = Recovery(*CLEAR, {"reset_distance": distance})
+            clear = RecoveryEntry(*CLEAR, {"reset_distance": distance})
             if found[-1:] != [clear]:
                 found.append(clear)
         elif node.name in RECOVERIES:
             name, plugin, ports = RECOVERIES[node.name]
             values = {ours: _port(node, port, default) for port, (ours, default) in ports.items()}
-            found.append(Recovery(name, plugin, values))
+            found.append(RecoveryEntry(name, plugin, values))
     return found
 
 
@@ -200,7 +202,7 @@ class _Names:
     def __init__(self) -> None:
         self._taken: dict[str, dict[str, float]] = {}
 
-    def named(self, recovery: Recovery) -> Recovery:
+    def named(self, recovery: RecoveryEntry) -> RecoveryEntry:
         number = 1
         while True:
             name = recovery.name if number == 1 else f"{recovery.name}_{number}"
@@ -220,13 +222,13 @@ def _port(node: _Node, port: str, default: float) -> float:
 
 def default_tree(rate: float = 1.0) -> Tree:
     """Return Nav2's own tree: it clears the costmaps, spins, waits and backs up in turn, at most six times."""
-    clear = Recovery(*CLEAR, {"reset_distance": 0.0})
-    spin = Recovery("spin", "rotate_recovery", {"spin_dist": 1.57})
-    wait = Recovery("wait", "wait", {"wait_duration": 5.0})
-    back_up = Recovery("backup", "back_up", {"backup_dist": 0.3, "backup_speed": 0.05})
+    clear = RecoveryEntry(*CLEAR, {"reset_distance": 0.0})
+    spin = RecoveryEntry("spin", "rotate_recovery", {"spin_dist": 1.57})
+    wait = RecoveryEntry("wait", "wait", {"wait_duration": 5.0})
+    back_up = RecoveryEntry("backup", "back_up", {"backup_dist": 0.3, "backup_speed": 0.05})
     return Tree(rate, (clear, spin, wait, back_up, clear, spin), ())
 
 
-def as_behaviors(recoveries: tuple[Recovery, ...]) -> list[dict[str, Any]]:
+def as_behaviors(recoveries: tuple[RecoveryEntry, ...]) -> list[dict[str, Any]]:
     """Return the list of Move Base."""
     return [{"name": each.name, "type": each.type} for each in recoveries]

@@ -77,7 +77,10 @@ DWB = PluginTable(
             "PathAlign.forward_point_distance": ("forward_point_distance", magnitude),
         },
         {
-            TOLERANCES: "xy_goal_tolerance yaw_goal_tolerance trans_stopped_velocity rot_stopped_velocity stateful",
+            TOLERANCES: (
+                "xy_goal_tolerance yaw_goal_tolerance trans_stopped_velocity rot_stopped_velocity stateful "
+                "path_length_tolerance"
+            ),
             SIDEWAYS: "max_vel_y min_vel_y acc_lim_y decel_lim_y vy_samples",
             BRAKES: "decel_lim_x decel_lim_theta",
             "max_vel_x limits the speed": "max_speed_xy",

@@ -71,7 +71,7 @@ STATIC = PluginTable(
     without_effect(
         "the clone has the map of its robot",
         "enabled footprint_clearing_enabled subscribe_to_updates map_subscribe_transient_local transform_tolerance "
-        "map_topic restore_cleared_footprint",
+        "map_topic restore_cleared_footprint inscribed_obstacle_cost_value",
     ),
 )
 
@@ -175,7 +175,8 @@ OTHER_FILTERS = (
 
 _NONE = {
     OF_MAP: (
-        "resolution origin_x origin_y rolling_window trinary_costmap unknown_cost_value use_maximum map_vis_z map_topic"
+        "resolution origin_x origin_y rolling_window trinary_costmap unknown_cost_value use_maximum map_vis_z "
+        "map_topic inscribed_obstacle_cost_value"
     ),
     AT_ONCE: "update_frequency initial_transform_timeout",
     TRANSFORMS: "transform_tolerance",

@@ -13,7 +13,7 @@ from ppaas.imports.parameters.nav2.recoveries import add_recoveries
 from ppaas.imports.parameters.nav2.sections import PRIMARY, Section, known_in, rule_in, section_of, sections_of
 from ppaas.imports.parameters.nav2.tables import NodeTable, known_names
 from ppaas.imports.parameters.nav2.values import is_substitution, names_of
-from ppaas.imports.parameters.nav2.writer import Parts, Writer
+from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
 from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, read_parameter_file
 from ppaas.imports.report import ImportReport
 
@@ -46,7 +46,7 @@ def import_nav2(
     if not file.is_ros2:
         raise InvalidParameter(f"{name} has no {ROS2_KEY}, which each node has in parameter files of ROS 2")
     report = ImportReport(name)
-    importer = _Importer(Writer(report))
+    importer = _Importer(DraftWriter(report))
     for path, line in file.repeated:
         part = ".".join(each for each in path.split(".") if each != ROS2_KEY)
         report.without_effect(part, "given before, too: that value has no effect, this one counts", line)
@@ -56,7 +56,7 @@ def import_nav2(
 
 
 class _Importer:
-    def __init__(self, writer: Writer) -> None:
+    def __init__(self, writer: DraftWriter) -> None:
         self.writer = writer
         self._report = writer.report
         self._suggestions = MOST_SUGGESTIONS
@@ -132,7 +132,9 @@ class _Importer:
         for name, given in values.items():
             part = f"{path}.{name}"
             section = section_of(name, sections)
-            if name in lists and not is_substitution(given.value):
+            if given.value is None or given.value == {}:
+                self._report.without_effect(part.rstrip("."), "has no value", given.line)
+            elif name in lists and not is_substitution(given.value):
                 listed = ", ".join(names_of(given.value)) or "none"
                 self._report.taken(part, f"names the sections {listed}", given.line)
             elif section is not None:

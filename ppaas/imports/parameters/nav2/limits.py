@@ -1,11 +1,11 @@
-"""What depends on several parameters: limits that must suit each other, and the start of the robot."""
+"""Values that depend on several parameters: limits that must suit each other, and the start of the robot."""
 
 from collections.abc import Callable
 from typing import Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.nav2.values import flag, number
-from ppaas.imports.parameters.nav2.writer import Parts, Writer
+from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
 
 _Limit = tuple[int, str, Callable[[float, float], float]]
 
@@ -24,7 +24,7 @@ TURN_TO_PATH = 1.8
 """Default of ``rotate_to_heading_angular_vel`` [rad/s]."""
 
 
-def smoothed(writer: Writer, parts: Parts) -> None:
+def smoothed(writer: DraftWriter, parts: Parts) -> None:
     """Apply the limits of the velocity smoother to the local planner, where they are stricter."""
     for name, (part, given) in parts.items():
         try:
@@ -45,7 +45,7 @@ def _of_axis(numbers: list[float], axis: int) -> float:
 
 
 def _stricter(
-    writer: Writer, part: str, line: int, places: list[tuple[str, Callable[[float, float], float], float]]
+    writer: DraftWriter, part: str, line: int, places: list[tuple[str, Callable[[float, float], float], float]]
 ) -> bool:
     """Set those limits of the local planner that are not as strict; return whether there are any."""
     changed = False
@@ -62,7 +62,7 @@ def _stricter(
     return changed
 
 
-def fit_limits(writer: Writer) -> None:
+def fit_limits(writer: DraftWriter) -> None:
     """Add those limits without which the clone would refuse the translated ones, and report them."""
     given = writer.of_controller()
     top, turn = _number(given, "max_vel_x"), _number(given, "max_vel_theta")
@@ -82,7 +82,7 @@ def fit_limits(writer: Writer) -> None:
         writer.drop("parameters.global_costmap.robot_radius", "the footprint counts, since there is one")
 
 
-def _fit_lookahead(writer: Writer) -> None:
+def _fit_lookahead(writer: DraftWriter) -> None:
     """Widen the range of lookahead distances, of which a file may give only one end."""
     given = writer.of_controller()
     least, most = _number(given, "min_lookahead_dist"), _number(given, "max_lookahead_dist")
@@ -92,7 +92,7 @@ def _fit_lookahead(writer: Writer) -> None:
         _fit(writer, "min_lookahead_dist", most, "not above max_lookahead_dist")
 
 
-def _fit_ranges(writer: Writer) -> None:
+def _fit_ranges(writer: DraftWriter) -> None:
     """Keep beams from clearing obstacles that they may not mark."""
     local: dict[str, Any] = writer.draft.get("parameters", {}).get("local_costmap", {})
     marks, clears = _number(local, "obstacle_range"), _number(local, "raytrace_range", 3.0)
@@ -101,7 +101,7 @@ def _fit_ranges(writer: Writer) -> None:
         writer.translate(place, marks, "local_costmap", "beams clear no farther than they mark")
 
 
-def _fit(writer: Writer, limit: str, value: float, text: str) -> None:
+def _fit(writer: DraftWriter, limit: str, value: float, text: str) -> None:
     place = f"parameters.{writer.controller}.{limit}"
     writer.translate(place, value, f"limits of {writer.controller}", text)
 
@@ -121,7 +121,7 @@ START = frozenset((SWITCH, *COORDINATES))
 UNUSED = "set_initial_pose is not true: the field initial_pose of the robot file gives the start"
 
 
-def add_start(writer: Writer, parts: Parts) -> None:
+def add_start(writer: DraftWriter, parts: Parts) -> None:
     """Add the initial pose to a draft, if the file sets it."""
     report = writer.report
     try:

@@ -19,7 +19,7 @@ GENERAL = without_effect(
     "use_sim_time bond_heartbeat_period bond_timeout introspection_mode service_introspection_mode "
     "action_server_result_timeout enable_stamped_cmd_vel allow_parameter_qos_overrides "
     "start_type_description_service autostart_node use_realtime_priority lifecycle_node use_composition "
-    "attempt_respawn_reconnection diagnostic_updater.period diagnostic_updater.use_fqn",
+    "use_intra_process_comms attempt_respawn_reconnection diagnostic_updater.period diagnostic_updater.use_fqn",
 )
 """Parameters that nodes of ROS 2 and of Nav2 have in common."""
 
@@ -33,7 +33,7 @@ _ZONE = PluginTable(
         "max_points slowdown_ratio linear_limit angular_limit time_before_collision simulation_time_step visualize "
         "polygon_pub_topic enabled holonomic velocity_polygons sources_names linear_min linear_max theta_min theta_max "
         "direction_start_angle direction_end_angle steering_angle_min steering_angle_max wheelbase "
-        "low_pass_alpha release_timeout min_trigger_count",
+        "trigger_consecutive_points release_consecutive_points",
     ),
 )
 
@@ -252,7 +252,7 @@ OTHER_NODES = (
             "base_frame_id odom_frame_id map_frame_id scan_frame_id update_duration scan_publish_dur "
             "publish_map_odom_tf publish_scan "
             "publish_clock scan_range_min scan_range_max scan_angle_min scan_angle_max scan_angle_increment "
-            "scan_use_inf scan_noise_std scan_num enable_stamped_cmd_vel speed_factor",
+            "scan_use_inf scan_noise_std scan_num enable_stamped_cmd_vel speed_factor odom_publish_dur",
         ),
     ),
 )  # fmt: skip

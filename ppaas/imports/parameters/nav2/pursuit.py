@@ -52,7 +52,9 @@ PURE_PURSUIT = PluginTable(
         {
             **_PURSUIT_NONE,
             BRAKES: "max_linear_decel max_angular_decel min_angular_accel",
-            "the arc is checked by the outline of the robot": "min_distance_to_obstacle",
+            "the arc is checked by the outline of the robot": (
+                "min_distance_to_obstacle allow_obstacle_checking_beyond_goal"
+            ),
             "speed follows from curvature, cost and distance": (
                 "use_dynamic_window use_approach_linear_velocity_scaling use_approach_vel_scaling min_angular_vel "
                 "max_linear_jerk"

@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from ppaas.imports.parameters.nav2.behavior_tree import CLEAR, Tree, as_behaviors, default_tree, read_tree
 from ppaas.imports.parameters.nav2.servers import BEHAVIORS
-from ppaas.imports.parameters.nav2.writer import Writer
+from ppaas.imports.parameters.nav2.writer import DraftWriter
 
 LIST = "parameters.move_base.recovery_behaviors"
 RATE = "parameters.move_base.planner_frequency"
@@ -13,12 +13,12 @@ OF_SERVER = ("spin", "backup")
 """Names of recoveries that the parameters of the behavior server are for."""
 
 
-def add_recoveries(writer: Writer, plugins: list[str] | None, content: bytes | None) -> None:
+def add_recoveries(writer: DraftWriter, plugins: list[str] | None, content: bytes | None) -> None:
     """Add the recoveries and the rate of planning to a draft.
 
     Parameters
     ----------
-    writer : Writer
+    writer : DraftWriter
     plugins : list of str, optional
         Plug-ins of the behavior server, by their Nav2 names; None if the file has no such server.
     content : bytes, optional
@@ -47,14 +47,14 @@ def add_recoveries(writer: Writer, plugins: list[str] | None, content: bytes | N
             writer.draft.get("parameters", {}).pop(name, None)
 
 
-def _add_tree(writer: Writer, tree: Tree) -> None:
+def _add_tree(writer: DraftWriter, tree: Tree) -> None:
     writer.translate(RATE, tree.rate, "bt_xml.RateController", "the rate of planning while the robot drives [Hz]")
     _add_list(writer, tree, "bt_xml.RecoveryNode", "the recoveries of the tree, once for each retry")
     for name in tree.others:
         writer.report.without_effect(f"bt_xml.{name}", "the clone drives by its own state machine")
 
 
-def _add_list(writer: Writer, tree: Tree, part: str, text: str) -> None:
+def _add_list(writer: DraftWriter, tree: Tree, part: str, text: str) -> None:
     writer.translate(LIST, as_behaviors(tree.recoveries), part, text)
     for each in dict.fromkeys((one.name, tuple(one.parameters.items())) for one in tree.recoveries):
         name, parameters = each

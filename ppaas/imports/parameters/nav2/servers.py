@@ -241,7 +241,8 @@ _NAVIGATOR = without_effect(
     BY_ACTION,
     "enable_groot_monitoring groot_server_port groot_zmq_publisher_port groot_zmq_server_port search_window "
     "goal_blackboard_id goals_blackboard_id "
-    "path_blackboard_id waypoint_statuses_blackboard_id max_viapoints_search_dist",
+    "path_blackboard_id waypoint_statuses_blackboard_id max_viapoints_search_dist field_file_blackboard_id "
+    "field_polygon_blackboard_id polygon_frame_blackboard_id",
 )
 
 BT_NAVIGATOR = NodeTable(
@@ -254,7 +255,7 @@ BT_NAVIGATOR = NodeTable(
         "filter_duration default_server_timeout default_cancel_timeout wait_for_service_timeout "
         "error_code_name_prefixes error_code_names error_code_id_names transform_tolerance "
         "enable_groot_monitoring_to_file "
-        "goal_updater_topic goals_updater_topic",
+        "goal_updater_topic goals_updater_topic bt_log_idle_transitions",
     )
     | without_effect(FRAMES, "global_frame robot_base_frame")
     | without_effect(ONE_TOPIC, "odom_topic"),

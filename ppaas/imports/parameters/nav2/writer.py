@@ -12,8 +12,7 @@ from ppaas.imports.parameters.nav2.values import is_replaced
 from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, apply_rule, put
 from ppaas.imports.report import ImportOutcome, ImportReport
-
-DEFAULT_CONTROLLER = "dwa"
+from ppaas.navigation.parameters import MoveBaseParameters
 
 Parts = dict[str, tuple[str, GivenValue]]
 """Parameters that are read together: part of the report and value, by name."""
@@ -21,7 +20,7 @@ Parts = dict[str, tuple[str, GivenValue]]
 _OF_CONTROLLER = f"parameters.{CONTROLLER}."
 
 
-class Writer:
+class DraftWriter:
     """Writes values into a draft, and reports them.
 
     Parameters
@@ -38,7 +37,7 @@ class Writer:
     def __init__(self, report: ImportReport) -> None:
         self.report = report
         self.draft: Draft = {}
-        self.controller = DEFAULT_CONTROLLER
+        self.controller = MoveBaseParameters().base_local_planner
         self._entries: dict[str, int] = {}
 
     def of_controller(self) -> dict[str, Any]:
