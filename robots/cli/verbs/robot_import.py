@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput, InvalidParameter
-from robots.cli.import_report import print_report
 
 if TYPE_CHECKING:
     from ppaas.imports.parameters.draft import Translation
@@ -30,8 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--map", metavar="MAP", help="map of the robot, or new:MAP for one that it makes")
     for name, (option, words) in _OPTIONS.items():
-        many = {"nargs": "+", "action": "extend"} if name == "ros1" else {"action": "append"}
-        group.add_argument(option, dest=name, type=Path, default=[], metavar="FILE", help=words, **many)
+        if name == "ros1":  # its files belong together
+            group.add_argument(option, type=Path, nargs="+", action="extend", default=[], metavar="FILE", help=words)
+        else:
+            group.add_argument(option, dest=name, type=Path, action="append", default=[], metavar="FILE", help=words)
     group.add_argument(
         "--dry-run",
         action="store_true",
@@ -45,9 +46,11 @@ def robot_file(arguments: argparse.Namespace) -> "RobotFile":
     Raises
     ------
     InvalidInput
-        A file cannot be read, or no map is named.
+        A file cannot be read.
+    InvalidParameter
+        No map is named, a file is no parameter file, or the robot file is invalid; the text says why.
     """
-    from robots.client.robot_file import load_robot_file, parse_robot_file  # noqa: PLC0415  # loaded by `ppaas --help`
+    from robots.client.robot_file import load_robot_file, parse_robot_file  # noqa: PLC0415 - for ``ppaas --help``
 
     if not _given(arguments) and arguments.map is None:
         if arguments.file is None:
@@ -62,7 +65,8 @@ def _given(arguments: argparse.Namespace) -> bool:
 
 def _imported(arguments: argparse.Namespace) -> dict[str, Any]:
     from ppaas.imports.parameters.clone_check import refusal  # noqa: PLC0415 - loads the nodes of a clone
-    from ppaas.imports.parameters.draft import robot_file  # noqa: PLC0415
+    from ppaas.imports.parameters.draft import robot_file  # noqa: PLC0415 - as above
+    from robots.cli.import_report import print_report  # noqa: PLC0415 - as above
 
     own = {} if arguments.file is None else _own(arguments.file)
     if arguments.map is not None:
@@ -80,16 +84,15 @@ def _imported(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _translations(arguments: argparse.Namespace) -> "Iterator[Translation]":
     """Return the translations of all files, in the order of the options of `_OPTIONS`."""
-    from ppaas.imports.parameters.amcl import import_amcl  # noqa: PLC0415
-    from ppaas.imports.parameters.ros1.importing import import_ros1_files  # noqa: PLC0415
-    from ppaas.imports.parameters.slam.cartographer import import_cartographer  # noqa: PLC0415
-    from ppaas.imports.parameters.slam.gmapping import import_gmapping  # noqa: PLC0415
-    from ppaas.imports.parameters.slam.slam_toolbox import import_slam_toolbox  # noqa: PLC0415
+    from ppaas.imports.parameters.amcl import import_amcl  # noqa: PLC0415 - needs the extra imports
+    from ppaas.imports.parameters.ros1.importing import import_ros1_files  # noqa: PLC0415 - as above
+    from ppaas.imports.parameters.slam.cartographer import import_cartographer  # noqa: PLC0415 - as above
+    from ppaas.imports.parameters.slam.gmapping import import_gmapping  # noqa: PLC0415 - as above
+    from ppaas.imports.parameters.slam.slam_toolbox import import_slam_toolbox  # noqa: PLC0415 - as above
 
     new_map = arguments.id.rpartition(":")[2]
-    for name, translate in (
-        ("slam_toolbox", import_slam_toolbox), ("gmapping", import_gmapping), ("cartographer", import_cartographer),
-    ):  # fmt: skip
+    makers = {"slam_toolbox": import_slam_toolbox, "gmapping": import_gmapping, "cartographer": import_cartographer}
+    for name, translate in makers.items():
         for path in getattr(arguments, name):
             yield translate(_read(path), path.name, new_map)
     yield from import_ros1_files([(_read(path), path.name) for path in arguments.ros1], new_map)
