@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from html import unescape
 from pathlib import Path
@@ -10,6 +10,7 @@ from urllib.parse import unquote
 
 from ppaas.errors import InvalidInput
 from ppaas.robot_model.mesh_extents import MAX_BYTES, READERS, Extent, extent_of
+from robots.client.xacro_files import expand_xacro, is_xacro
 
 MAX_URDF = 1 << 20
 """Limit of the size of a URDF [bytes]."""
@@ -23,8 +24,8 @@ _MESH = re.compile(r"<mesh\b(?P<attributes>[^<>]*)>")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 
 
-def read_urdf_file(path: Path, folders: Iterable[Path] = ()) -> bytes:
-    """Return the bytes of a URDF, with a ``bounding_box`` for each mesh whose file is found.
+def read_urdf_file(path: Path, folders: Iterable[Path] = (), arguments: Mapping[str, str] | None = None) -> bytes:
+    """Return the bytes of a URDF, with a ``bounding_box`` for each mesh whose file is found; xacro is expanded.
 
     The cloud gets no mesh files. So that it knows the size of a robot, each ``<mesh>`` of a collision, or of a visual
     if there is no collision, gets its extent here. Everything else is unchanged.
@@ -34,24 +35,29 @@ def read_urdf_file(path: Path, folders: Iterable[Path] = ()) -> bytes:
     path : Path
     folders : iterable of Path
         Folders of packages or of their meshes. ``package://NAME/…`` is also looked for in the folders above the URDF,
-        in ``ROS_PACKAGE_PATH`` and in ``AMENT_PREFIX_PATH``.
+        in ``ROS_PACKAGE_PATH`` and in ``AMENT_PREFIX_PATH``; so are the packages of xacro.
+    arguments : mapping of str to str, optional
+        Arguments of a xacro file.
 
     Raises
     ------
     InvalidInput
-        The file or a mesh cannot be read.
+        The file or a mesh cannot be read, or the file is xacro that cannot be expanded.
     """
     try:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput(f"cannot read the URDF: {error}") from error
+    known = [*folders, *_near(path), *_installed()]
+    if is_xacro(path, data):
+        data = expand_xacro(path, known, arguments or {})
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError:
         text = ""
     if not text or len(data) > MAX_URDF:
         return data  # the cloud refuses it with a reason
-    return _with_boxes(text, [*folders, *_near(path), *_installed()]).encode()
+    return _with_boxes(text, known).encode()
 
 
 def _with_boxes(text: str, folders: list[Path]) -> str:

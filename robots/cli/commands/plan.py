@@ -130,7 +130,7 @@ def _is_file(name: str) -> bool:
 def _robot(arguments: argparse.Namespace) -> "PlannedRobot":
     from robots.plans import offline  # noqa: PLC0415
 
-    urdf = None if arguments.urdf is None else read_urdf(arguments.urdf, arguments.mesh_folder)
+    urdf = None if arguments.urdf is None else read_urdf(arguments.urdf, arguments)
     parameters = merge_patch(arguments.parameter or [])
     return offline.PlannedRobot(arguments.model or offline.MODEL, arguments.radius, urdf, parameters)
 

@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _put(arguments: argparse.Namespace) -> None:
-    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
+    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments)
     file = robot_import.robot_file(arguments).with_radius(arguments.radius)
     if arguments.dry_run:
         robot_import.show_file(file)

@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (put, get, delete):
         verb.add_argument("id", help="id of the robot")
         add_session_arguments(verb)
-    put.add_argument("file", type=Path, help="URDF file; xacro files must be expanded")
+    put.add_argument("file", type=Path, help="URDF file, or a xacro file, which is expanded")
     add_mesh_argument(put)
 
 
@@ -38,6 +37,13 @@ def add_mesh_argument(parser: argparse.ArgumentParser | argparse._ArgumentGroup)
         metavar="FOLDER",
         help="folder of packages or meshes of the URDF (also: those around it, and those of ROS)",
     )
+    parser.add_argument(
+        "--xacro-arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="argument of a xacro file, for its $(arg NAME)",
+    )
 
 
 async def run(arguments: argparse.Namespace) -> None:
@@ -46,7 +52,7 @@ async def run(arguments: argparse.Namespace) -> None:
 
 
 async def _put(arguments: argparse.Namespace) -> None:
-    description = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file, arguments.mesh_folder))
+    description = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file, arguments))
     show_description(description, as_json=arguments.json)
 
 
@@ -59,17 +65,18 @@ async def _delete(arguments: argparse.Namespace) -> None:
     await logged_in(arguments).delete(path_of("robots", arguments.id, "urdf"))
 
 
-def read_urdf(path: Path, mesh_folders: Iterable[Path] = ()) -> bytes:
-    """Return the bytes of a URDF file, with the extents of its meshes.
+def read_urdf(path: Path, arguments: argparse.Namespace) -> bytes:
+    """Return the bytes of a URDF file, with the extents of its meshes; xacro is expanded.
 
     Raises
     ------
     InvalidInput
-        The file or a mesh cannot be read.
+        The file or a mesh cannot be read, or the file is xacro that cannot be expanded.
     """
     from robots.client.urdf_files import read_urdf_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
-    return read_urdf_file(path, mesh_folders)
+    given = dict(each.partition("=")[::2] for each in arguments.xacro_arg)
+    return read_urdf_file(path, arguments.mesh_folder, given)
 
 
 def show_description(description: dict[str, Any], *, as_json: bool) -> None:

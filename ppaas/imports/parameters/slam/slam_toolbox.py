@@ -6,7 +6,6 @@ from ppaas.imports.parameters.known_names import (
     apply_known,
     is_left_open,
     numbers,
-    refuse_unknown,
     report_repeated,
     values_of_node,
 )
@@ -74,7 +73,7 @@ def _mode(mode: GivenValue | None, part: str, *, lifelong: bool, into: "Translat
     wanted, line = (MAPPING, 0) if mode is None else (str(mode.value), mode.line)
     if mode is not None and wanted not in (MAPPING, LOCALIZATION, LIFELONG):
         if not is_left_open(part, mode, report):
-            refuse_unknown(part, wanted, (MAPPING, LOCALIZATION, LIFELONG), line, report)
+            report.refused(part, f"unknown mode {wanted!r}; known: {MAPPING}, {LOCALIZATION}, {LIFELONG}", line)
         mode, wanted = None, MAPPING
     if wanted == LOCALIZATION:
         report.translated(part, "the robot is localized by amcl on the published map of its file", line)
