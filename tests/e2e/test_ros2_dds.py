@@ -32,6 +32,9 @@ DOMAIN = "37"
 REACHED, CANCELLED, ABORTED = 4, 5, 6
 """Statuses of ``action_msgs/GoalStatus``."""
 
+NO_VALID_GRAPH = 402
+"""``error_code`` of ``nav2_msgs/ComputeRoute`` on a map without lanes."""
+
 MEMORY = 60 << 20
 """Largest memory of a bridge without rclpy [bytes]."""
 
@@ -84,7 +87,7 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
         assert arrived["served"] == []
         assert memory <= MEMORY
     else:
-        assert "'navigate_to_pose' is not offered: the robot's ROS has no package nav2_msgs" in log
+        assert "'wait' are not offered: the robot's ROS has no package nav2_msgs with them" in log
         assert arrived["served"] == [office_map.info.width, office_map.info.height]
 
 
@@ -130,5 +133,10 @@ async def test_a_client_of_navigation2_on_rclpy_is_answered_by_the_clone(
     assert ended["blocked"]["status"] == ABORTED
     assert ended["blocked"]["code"] > 0
     assert ended["blocked"]["end"], "the error has words"
+    assert ended["valid"]
+    assert (ended["followed"]["status"], ended["followed"]["code"]) == (REACHED, 0)
+    assert math.dist(ended["followed"]["end"][:2], start[:2]) < 0.3
+    assert (ended["route"]["status"], ended["route"]["code"]) == (ABORTED, NO_VALID_GRAPH)
+    assert ended["route"]["end"] == "the map has no lanes: draw zones of the kind 'lane'"
     assert ended["tour"]["end"] == [1], "the waypoint in the wall was missed"
     assert "map → odom" in ended["frames"]
