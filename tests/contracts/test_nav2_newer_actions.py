@@ -110,7 +110,7 @@ async def test_a_robot_follows_the_path_of_a_client_and_not_one_that_it_plans(
     assert first["distance_to_goal"] == pytest.approx(3.5, abs=0.2)
     assert last["distance_to_goal"] < 0.5
     tracking = [each["tracking_feedback"] for each in feedback]
-    assert max(abs(each["position_tracking_error"]) for each in tracking) < 0.25
+    assert max(abs(each["position_tracking_error"]) for each in tracking) < 0.5
     assert tracking[0]["distance_to_goal"] == pytest.approx(math.hypot(2.0, 1.5), abs=0.2)
     assert tracking[0]["robot_pose"]["header"]["frame_id"] == "map"
 
