@@ -319,7 +319,7 @@ $(ROS)/pyzeros_codecs: $(ROS)/pyzeros
 		{ rm -rf $@; echo "setup: no codecs of pyzeros; install gcc, or its test is skipped" >&2; }
 
 # tf2_msgs and nav2_msgs, which the wheels lack, by the generators of the wheels; without a compiler their test is skipped.
-$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/definitions.py $(ROS)/kilted | $(INSTALLED)
+$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/nav2_definitions.py $(ROS)/kilted | $(INSTALLED)
 	@echo "setup: tf2_msgs and nav2_msgs for ROS 2 Kilted, minutes the first time (wants CMake and g++)"
 	@rm -rf $@
 	@$(BIN)/python -m tests.support.ros2.build_messages kilted $(ROS)/kilted $@ || \

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.errors import InvalidMap
@@ -87,6 +87,14 @@ class Costmap:
             raise InvalidMap(
                 f"expected uint8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
+
+    def costs_at(self, points: ArrayLike, outside: int = NO_INFORMATION) -> NDArray[np.uint8]:
+        """Return the costs at points (n, 2) in the frame of the map [m], and ``outside`` where there is no cell."""
+        cells = self.info.to_cells(points)
+        inside = ((cells >= 0) & (cells < self.info.shape)).all(axis=1)
+        costs = np.full(len(cells), outside, np.uint8)
+        costs[inside] = self.data[tuple(cells[inside].T)]
+        return costs
 
     def read_only(self) -> Self:
         """Return the costmap itself if it is read-only, otherwise a read-only view without the map's indexes."""

@@ -6,7 +6,7 @@ from typing import ClassVar
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
-from ppaas.messages.base.message import Empty, Float32, Int16, Message, ServiceType, UInt16, UInt32
+from ppaas.messages.base.message import Empty, Float32, Int16, Message, ServiceType, UInt8, UInt16, UInt32
 from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav_msgs import Path
@@ -295,4 +295,33 @@ class ClearEntireCostmapResponse(Message):
 
 ClearEntireCostmap = ServiceType("nav2_msgs/ClearEntireCostmap", ClearEntireCostmapRequest, ClearEntireCostmapResponse)
 
-SERVICES = (ClearEntireCostmap,)
+
+class IsPathValidRequest(Message):
+    """``nav2_msgs/IsPathValid`` request.
+
+    Nav2 has ``max_cost`` and ``consider_unknown_as_obstacle`` since Kilted, and the fields after them since Lyrical;
+    the distance ahead of the robot up to which the path is checked is negative for all of it [m].
+    """
+
+    path: Path
+    max_cost: UInt8 = 254
+    consider_unknown_as_obstacle: bool = False
+    layer_name: str = ""
+    footprint: str = ""
+    stop_at_first_collision: bool = True
+    max_lookahead_distance: float = -1.0
+
+
+class IsPathValidResponse(Message):
+    """``nav2_msgs/IsPathValid`` response, with the indices of poses that are not free; ``success`` since Lyrical."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("success", "is_valid", "invalid_pose_indices")
+
+    is_valid: bool
+    invalid_pose_indices: list[int]
+    success: bool = True
+
+
+IsPathValid = ServiceType("nav2_msgs/IsPathValid", IsPathValidRequest, IsPathValidResponse)
+
+SERVICES = (ClearEntireCostmap, IsPathValid)

@@ -29,6 +29,8 @@ class Goal:
         Fastest speed on the way to it [m/s]; 0 for no limit.
     passed : tuple of Pose2D
         Poses on the way that were passed.
+    path : tuple of Pose2D
+        The path to follow, of a goal of ``follow_path``; empty if the path is planned.
     """
 
     id: str
@@ -38,6 +40,7 @@ class Goal:
     many: bool = False
     speed_limit: float = 0.0
     passed: tuple[Pose2D, ...] = ()
+    path: tuple[Pose2D, ...] = ()
 
     def without_next(self, count: int) -> "Goal":
         """Return the goal once the robot has passed the next poses on the way."""

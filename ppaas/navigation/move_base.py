@@ -17,6 +17,7 @@ It differs:
 - While the robot's pose is unknown or a plan is deferred, the robot stands, and patience does not run out.
 - If the base does not follow commands, the robot stands and tries again at intervals; recovery begins after
   controller_patience.
+- A goal that brings its path (``follow_path`` of Nav2) has no recovery behaviours, as in Nav2's controller server.
 """
 
 from collections import Counter
@@ -144,11 +145,18 @@ class PublishFeedback:
 
 @dataclass(frozen=True, slots=True)
 class PublishResult:
-    """Publish the result of a goal that has ended; there is exactly one for each goal received."""
+    """Publish the result of a goal that has ended; there is exactly one for each goal received.
+
+    Parameters
+    ----------
+    cause : Trigger, optional
+        What was tried in vain, of a goal that is aborted after all recovery behaviours.
+    """
 
     goal: Goal
     status: Status
     text: str
+    cause: "Trigger | None" = None
 
 
 Order = (
@@ -208,6 +216,7 @@ class Oscillation:
 GOAL_REACHED = "Goal reached."
 CANCELLED = "The goal was cancelled."
 NO_PLAN = "Failed to find a valid plan."
+EVEN_AFTER = " Even after executing recovery behaviors."
 
 
 class GoalPhase(Enum):
@@ -221,10 +230,10 @@ class GoalPhase(Enum):
 class Trigger(Enum):
     """Reason for recovery; its value is the text with which the goal is aborted when no recovery is left."""
 
-    PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
-    CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
-    OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
-    NO_PROGRESS = "Robot does not follow cmd_vel. Even after executing recovery behaviors."
+    PLANNING = f"Failed to find a valid plan.{EVEN_AFTER}"
+    CONTROLLING = f"Failed to find a valid control.{EVEN_AFTER}"
+    OSCILLATION = f"Robot is oscillating.{EVEN_AFTER}"
+    NO_PROGRESS = f"Robot does not follow cmd_vel.{EVEN_AFTER}"
 
 
 STUCK = frozenset({Trigger.OSCILLATION, Trigger.NO_PROGRESS})
@@ -327,14 +336,14 @@ class MoveBase:
         self._restart_planning(now)
         self._orders += [PublishGoal(goal), PublishStatus()]
 
-    def _end(self, now: float, status: Status, text: str) -> None:
-        self._finish(now, status, text)
+    def _end(self, now: float, status: Status, text: str, cause: Trigger | None = None) -> None:
+        self._finish(now, status, text, cause)
         self._stop()
 
-    def _finish(self, now: float, status: Status, text: str) -> None:
+    def _finish(self, now: float, status: Status, text: str, cause: Trigger | None = None) -> None:
         self._cancel_plan()
         ended = self.goals.end(now, status, text)
-        self._orders += [PublishResult(ended.goal, status, text), PublishStatus()]
+        self._orders += [PublishResult(ended.goal, status, text, cause), PublishStatus()]
 
     def _say(self, text: str) -> None:
         active = self.goals.active
@@ -501,7 +510,7 @@ class MoveBase:
         out_of_patience = event.now > self._last_valid_plan + self.parameters.planner_patience
         if self.state is GoalPhase.PLANNING:
             if event.final:
-                self._end(event.now, Status.ABORTED, f"{NO_PLAN} {event.error}")
+                self._end(event.now, Status.ABORTED, f"{NO_PLAN} {event.error}", Trigger.PLANNING)
                 return
             self._retries += 1
             out_of_patience |= 0 <= self.parameters.max_planning_retries < self._retries
@@ -521,8 +530,11 @@ class MoveBase:
 
     def _recover(self, now: float, trigger: Trigger, reason: str = "") -> None:
         self._trigger = trigger
-        if self._recovery_index >= len(self._recoveries):
-            self._end(now, Status.ABORTED, f"{trigger.value} {reason}".rstrip())
+        active = self.goals.active
+        brings_path = active is not None and bool(active.goal.path)
+        if brings_path or self._recovery_index >= len(self._recoveries):
+            text = trigger.value.removesuffix(EVEN_AFTER) if brings_path else trigger.value
+            self._end(now, Status.ABORTED, f"{text} {reason}".rstrip(), trigger)
             return
         self._cancel_plan()
         self._stop()

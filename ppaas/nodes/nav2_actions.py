@@ -2,20 +2,9 @@
 
 from typing import NamedTuple
 
-from ppaas.messages import explore_msgs, nav2_msgs
+from ppaas.messages import explore_msgs, nav2_motions, nav2_msgs, nav2_routes
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.message import Message
-from ppaas.messages.nav2_motions import (
-    BackUpActionFeedback,
-    BackUpActionGoal,
-    BackUpActionResult,
-    SpinActionFeedback,
-    SpinActionGoal,
-    SpinActionResult,
-    WaitActionFeedback,
-    WaitActionGoal,
-    WaitActionResult,
-)
 from ppaas.nodes.base import Topic
 
 
@@ -65,9 +54,47 @@ COMPUTE_PATH_THROUGH_POSES = _topics(
     once=False,
 )
 
-SPIN = _topics("spin", SpinActionGoal, SpinActionFeedback, SpinActionResult)
-BACKUP = _topics("backup", BackUpActionGoal, BackUpActionFeedback, BackUpActionResult)
-WAIT = _topics("wait", WaitActionGoal, WaitActionFeedback, WaitActionResult)
+# As for paths.
+COMPUTE_ROUTE = _topics(
+    "compute_route",
+    nav2_routes.ComputeRouteActionGoal,
+    nav2_routes.ComputeRouteActionFeedback,
+    nav2_routes.ComputeRouteActionResult,
+    once=False,
+)
+COMPUTE_AND_TRACK_ROUTE = _topics(
+    "compute_and_track_route",
+    nav2_routes.ComputeAndTrackRouteActionGoal,
+    nav2_routes.ComputeAndTrackRouteActionFeedback,
+    nav2_routes.ComputeAndTrackRouteActionResult,
+)
+
+FOLLOW_PATH = _topics(
+    "controller_server/follow_path",
+    nav2_motions.FollowPathActionGoal,
+    nav2_motions.FollowPathActionFeedback,
+    nav2_motions.FollowPathActionResult,
+)
+"""Clients call it ``follow_path``; topics of that name are those of a robot that follows paths itself."""
+
+FOLLOW_OBJECT = _topics(
+    "follow_object",
+    nav2_motions.FollowObjectActionGoal,
+    nav2_motions.FollowObjectActionFeedback,
+    nav2_motions.FollowObjectActionResult,
+)
+
+DRIVE_ON_HEADING = _topics(
+    "drive_on_heading",
+    nav2_motions.DriveOnHeadingActionGoal,
+    nav2_motions.DriveOnHeadingActionFeedback,
+    nav2_motions.DriveOnHeadingActionResult,
+)
+SPIN = _topics("spin", nav2_motions.SpinActionGoal, nav2_motions.SpinActionFeedback, nav2_motions.SpinActionResult)
+BACKUP = _topics(
+    "backup", nav2_motions.BackUpActionGoal, nav2_motions.BackUpActionFeedback, nav2_motions.BackUpActionResult
+)
+WAIT = _topics("wait", nav2_motions.WaitActionGoal, nav2_motions.WaitActionFeedback, nav2_motions.WaitActionResult)
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, Nav2ActionTopics))
 """The actions above."""

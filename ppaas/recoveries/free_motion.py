@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ppaas.controllers.base import Velocity
 from ppaas.controllers.motion import advance
-from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.recoveries.base import Fits
@@ -38,23 +37,15 @@ def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float, 
     speed = abs(velocity.linear)
     if speed == 0.0:
         return True
-    leaving = _costs(costmap, [pose])[0] == INSCRIBED_INFLATED_OBSTACLE
+    leaving = costmap.costs_at([pose[:2]])[0] == INSCRIBED_INFLATED_OBSTACLE
     length = max(speed * seconds, WAY_OUT) if leaving else speed * seconds
     count = math.ceil(length / (0.5 * costmap.info.resolution)) + 1
     distances = np.linspace(0.0, length, count)
     poses = [advance(pose, velocity, distance / speed) for distance in distances.tolist()]
     if fits is not None and not all(map(fits, poses)):
         return False
-    costs = _costs(costmap, poses)
+    costs = costmap.costs_at([each[:2] for each in poses])
     blocked = costs >= INSCRIBED_INFLATED_OBSTACLE
     if leaving:
         blocked &= (distances >= WAY_OUT) | (costs > INSCRIBED_INFLATED_OBSTACLE)
     return not blocked.any()
-
-
-def _costs(costmap: Costmap, poses: list[Pose2D]) -> NDArray[np.uint8]:
-    cells = costmap.info.to_cells([pose[:2] for pose in poses])
-    inside = ((cells >= 0) & (cells < costmap.info.shape)).all(axis=1)
-    costs = np.full(len(poses), NO_INFORMATION, np.uint8)
-    costs[inside] = costmap.data[tuple(cells[inside].T)]
-    return costs

@@ -2,7 +2,7 @@
 
 In ROS 1 an action ``A`` consists of the topics ``A/goal``, ``A/cancel``, ``A/status``, ``A/feedback`` and ``A/result``.
 ``send_action_goal`` reaches each action that has all five, under its own name and with its own fields. In addition,
-``navigate_to_pose`` offers ``move_base`` under Nav2's name and with Nav2's fields.
+``navigate_to_pose`` offers ``move_base`` under Nav2's name and with Nav2's fields; `ALIASES` has names alone.
 
 Sources: ``actionlib_msgs/GoalStatus``, ``action_msgs/GoalStatus``, ``nav2_msgs/action/NavigateToPose``.
 
@@ -46,6 +46,9 @@ UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
 
 NAV2_UNKNOWN = 9000
 """``error_code`` of NavigateToPose for all failures of Move Base."""
+
+ALIASES = {"follow_path": "controller_server/follow_path"}
+"""Names under which actions of other topics are known: ``follow_path/goal`` belongs to robots that follow paths."""
 
 PARTS = ("goal", "cancel", "status", "feedback", "result")
 """Names of an action's topics, below the name of the action."""
@@ -224,12 +227,13 @@ def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Actio
         ``action_type`` is not the name of a ROS type.
     """
     wanted = ros1_type(action_type).partition("/")[2].removesuffix("Action")
-    if topics_of(name, topics) != name:
+    below = topics_of(name, topics)
+    if below == MOVE_BASE != name:
         _check_type(name, wanted, "NavigateToPose")
         return NavigateToPose()
-    base = topics[f"{name}/goal"].removesuffix("ActionGoal")
+    base = topics[f"{below}/goal"].removesuffix("ActionGoal")
     _check_type(name, wanted, base.partition("/")[2])
-    return PlainAction(name, _goal_fields(f"{base}Goal"), ros2=is_ros2_type(action_type))
+    return PlainAction(below, _goal_fields(f"{base}Goal"), ros2=is_ros2_type(action_type))
 
 
 def topics_of(name: str, topics: Mapping[str, str]) -> str:
@@ -242,6 +246,8 @@ def topics_of(name: str, topics: Mapping[str, str]) -> str:
     """
     if name == NAVIGATE_TO_POSE and _is_action(MOVE_BASE, topics):
         return MOVE_BASE
+    if _is_action(ALIASES.get(name, ""), topics):
+        return ALIASES[name]
     if not _is_action(name, topics):
         raise NotFound("action", name, actions(topics))
     return name
@@ -250,7 +256,8 @@ def topics_of(name: str, topics: Mapping[str, str]) -> str:
 def actions(topics: Mapping[str, str]) -> list[str]:
     """Return the sorted names of all actions among the topics."""
     named = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))
-    found = [name for name in named if _is_action(name, topics)]
+    short = {below: name for name, below in ALIASES.items()}
+    found = [short.get(name, name) for name in named if _is_action(name, topics)]
     return sorted([*found, NAVIGATE_TO_POSE] if MOVE_BASE in found else found)
 
 
@@ -292,8 +299,9 @@ def type_of_action(name: str, topics: Mapping[str, str]) -> str:
     """
     if name not in actions(topics):
         return ""
-    own = topics_of(name, topics) == name
-    return ros2_type(topics[f"{name}/goal"].removesuffix("ActionGoal") if own else NAVIGATE_TO_POSE_TYPE, "action")
+    below = topics_of(name, topics)
+    own = not below == MOVE_BASE != name
+    return ros2_type(topics[f"{below}/goal"].removesuffix("ActionGoal") if own else NAVIGATE_TO_POSE_TYPE, "action")
 
 
 def known_actions() -> list[str]:

@@ -6,7 +6,6 @@ names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``navigate_through_poses``,
 """
 
 from collections.abc import AsyncIterator
-from typing import Any
 
 import pytest
 
@@ -15,34 +14,13 @@ from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.wire.actions import Part, part_of_action
 from tests.support.endpoints.driven_place import DrivenPlace
+from tests.support.endpoints.nav2_frames import Json, goal, seconds, stamped
 from tests.support.endpoints.still_place import StillClient, answers
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
 
 PARTS: tuple[Part, ...] = ("Goal", "Result", "Feedback")
 START = Pose2D(1.0, 1.0, 0.0)
-
-Json = dict[str, Any]
-
-
-def stamped(x: float, y: float, frame: str = "map", z: float = 0.0, w: float = 1.0) -> Json:
-    """Return a pose with the stamp of ROS 2."""
-    return {
-        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame},
-        "pose": {
-            "position": {"x": x, "y": y, "z": 0.0},
-            "orientation": {"x": 0.0, "y": 0.0, "z": z, "w": w},
-        },
-    }
-
-
-def goal(action: str, kind: str, **args: Any) -> Json:
-    return {"action": f"/{action}", "action_type": f"nav2_msgs/action/{kind}", "id": action, "args": args}
-
-
-def seconds(duration: Json) -> float:
-    assert set(duration) == {"sec", "nanosec"}
-    return float(duration["sec"] + duration["nanosec"] * 1e-9)
 
 
 @pytest.fixture

@@ -50,7 +50,7 @@ from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
 from ppaas.plans.path_service import DEFAULT_TIMEOUT
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
-from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
+from ppaas.wire.actions import ALIASES, NAV2_UNKNOWN, actions, find_action, ros2_status
 from ppaas.wire.fragments import MAX_OPEN, MAX_SIZE
 from ppaas.wire.goals import MAX_GOALS
 from ppaas.wire.names import MAX_NAME
@@ -101,7 +101,8 @@ ACTIONS_WITHOUT_TOPICS = {"navigate_to_pose/goal"}
 def topics_of_actions(known: set[str]) -> dict[str, tuple[str, str]]:
     """Return type and direction of the topics of the page's actions, except those of known actions."""
     found = {}
-    for name, kind, *_ in table(PROTOCOL, "action", "type", "types of goal, feedback and result", "what it does"):
+    for listed, kind, *_ in table(PROTOCOL, "action", "type", "types of goal, feedback and result", "what it does"):
+        name = ALIASES.get(listed, listed)
         if f"{name}/goal" not in known:
             base = kind.replace("/action/", "/")
             found[f"{name}/goal"] = f"{base}ActionGoal", "in"

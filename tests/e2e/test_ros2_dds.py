@@ -7,8 +7,11 @@ import asyncio
 import json
 import math
 import os
+import socket
+import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,29 +35,61 @@ DOMAIN = "37"
 REACHED, CANCELLED, ABORTED = 4, 5, 6
 """Statuses of ``action_msgs/GoalStatus``."""
 
+NO_VALID_GRAPH = 402
+"""``error_code`` of ``nav2_msgs/ComputeRoute`` on a map without lanes."""
+
 MEMORY = 60 << 20
 """Largest memory of a bridge without rclpy [bytes]."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """Transport of a bridge, the command that runs it, and the release of the robot's ROS."""
+    """Transport of a bridge, its command, the release of the robot's ROS, and whether nodes ask a discovery server."""
 
     transport: str
     command: tuple[str | Path, ...]
     env: Mapping[str, str] = field(default_factory=dict)
     release: str = "kilted"
+    server: bool = False
 
 
 WAYS = {
     "dds": Way("dds", COMMAND),
     "dds-jazzy": Way("dds", COMMAND, release="jazzy"),
     "rclpy": Way("rclpy", (ROS, "-m", "tests.support.ros2.rclpy_bridge"), {"PYTHONPATH": str(ROOT)}),
+    "rclpy-server": Way(
+        "rclpy", (ROS, "-m", "tests.support.ros2.rclpy_bridge"), {"PYTHONPATH": str(ROOT)}, server=True
+    ),
 }
 
 
+@contextmanager
+def discovery_server() -> Iterator[dict[str, str]]:
+    """Run a discovery server of Fast DDS; yield the variables by which nodes find each other by it alone."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        root, port = ROS.parent.parent, free.getsockname()[1]
+    libraries = root / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    env = os.environ | {"LD_LIBRARY_PATH": f"{root / 'lib'}:{libraries / 'ros_fastdds.libs'}"}
+    command = (root / "bin" / "fast-discovery-server", "42", "-i", "0", "-l", "127.0.0.1", "-p", str(port))
+    process = subprocess.Popen(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    try:
+        yield {"ROS_DISCOVERY_SERVER": f"127.0.0.1:{port}", "ROS_SUPER_CLIENT": "TRUE"}
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as made:
+        yield made
+
+
 @pytest.mark.parametrize("name", WAYS)
-async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
+async def test_a_robot_on_rclpy_is_driven(
+    name: str, cloud: RunningCloud, office_map: GridMap, tmp_path: Path, stack: ExitStack
+) -> None:
     rest, way = await cloud.admin(), WAYS[name]
     ros = ENVIRONMENTS / way.release / "bin" / "python"
     if not ros.exists():
@@ -65,6 +100,8 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
     token = await register_robot(rest, name, "office", start)
     np.savez(tmp_path / "grid.npz", grid=office_map.data)
     env = os.environ | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": DOMAIN}
+    if way.server:
+        env |= stack.enter_context(discovery_server())
     options = (name, "--transport", way.transport, "--url", cloud.url, "--token", token)
     with bridge_process(*options, command=way.command, log=tmp_path / "log", env=env | way.env) as bridge:
         numbers = [str(number) for number in (*start, goal.x, goal.y)]
@@ -84,7 +121,7 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
         assert arrived["served"] == []
         assert memory <= MEMORY
     else:
-        assert "'navigate_to_pose' is not offered: the robot's ROS has no package nav2_msgs" in log
+        assert "'wait' are not offered: the robot's ROS has no package nav2_msgs with them" in log
         assert arrived["served"] == [office_map.info.width, office_map.info.height]
 
 
@@ -130,5 +167,10 @@ async def test_a_client_of_navigation2_on_rclpy_is_answered_by_the_clone(
     assert ended["blocked"]["status"] == ABORTED
     assert ended["blocked"]["code"] > 0
     assert ended["blocked"]["end"], "the error has words"
+    assert ended["valid"]
+    assert (ended["followed"]["status"], ended["followed"]["code"]) == (REACHED, 0)
+    assert math.dist(ended["followed"]["end"][:2], start[:2]) < 0.3
+    assert (ended["route"]["status"], ended["route"]["code"]) == (ABORTED, NO_VALID_GRAPH)
+    assert ended["route"]["end"] == "the map has no lanes: draw zones of the kind 'lane'"
     assert ended["tour"]["end"] == [1], "the waypoint in the wall was missed"
     assert "map → odom" in ended["frames"]

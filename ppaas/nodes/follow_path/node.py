@@ -86,7 +86,9 @@ class RobotPathFollower(Controller):
         self._id = f"{self.name}-{next(self._numbers)}-{now:.3f}"
         self._heard_at = self._context.elapsed()
         header = Header(stamp=Time.of(now), frame_id=MAP)
-        goal = FollowPathActionGoal(header, GoalID(header.stamp, self._id), FollowPathGoal(path_message(poses, header)))
+        goal = FollowPathActionGoal(
+            header=header, goal_id=GoalID(header.stamp, self._id), goal=FollowPathGoal(path_message(poses, header))
+        )
         self._context.publish(topics.FOLLOW_PATH_GOAL.name, goal)
 
     def cancel(self) -> None:

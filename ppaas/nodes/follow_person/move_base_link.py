@@ -7,6 +7,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.messages.nav2_msgs import NavigateThroughPosesActionGoal
 from ppaas.messages.people_coordination import GoalUpdate
 from ppaas.navigation.action_goals import cancels
@@ -15,7 +16,7 @@ from ppaas.navigation.goal_watch import GoalWatch
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.nav2_actions import BACKUP, NAVIGATE_THROUGH_POSES, SPIN, WAIT
+from ppaas.nodes.nav2_actions import BACKUP, DRIVE_ON_HEADING, FOLLOW_PATH, NAVIGATE_THROUGH_POSES, SPIN, WAIT
 from ppaas.people.names import FOLLOWING_GOAL
 
 MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
@@ -55,7 +56,7 @@ class MoveBaseLink:
     subscribes: tuple[Topic, ...] = (
         topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, NAVIGATE_THROUGH_POSES.goal,
         topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT, topics.MOVE_BASE_STATUS, topics.WAYPOINTS_STATUS,
-        SPIN.status, BACKUP.status, WAIT.status,
+        SPIN.status, BACKUP.status, DRIVE_ON_HEADING.status, WAIT.status, FOLLOW_PATH.goal,
     )  # fmt: skip
     publishes: tuple[Topic, ...] = (topics.MOVE_BASE_GOAL, topics.MOVE_BASE_GOAL_UPDATE, topics.MOVE_BASE_CANCEL)
 
@@ -147,7 +148,7 @@ class MoveBaseLink:
                 return self._on_result(message)
             case GoalStatusArray():
                 self._on_status(topic, message)
-            case MoveBaseActionGoal() | NavigateThroughPosesActionGoal():
+            case MoveBaseActionGoal() | NavigateThroughPosesActionGoal() | FollowPathActionGoal():
                 self._on_goal(message.goal_id.id)
             case PoseStamped():
                 self._on_goal("")

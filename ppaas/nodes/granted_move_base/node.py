@@ -103,6 +103,14 @@ class GrantedPlanner(RobotPlanner):
         else:
             done(self._granted(start, goal))
 
+    def along(self, start: Pose2D, poses: Poses, done: Callable[[Planned], None]) -> None:
+        """Follow a path of a client while the robot drives freely; else refuse it."""
+        if self._link.way.free and not self._link.must_stop:
+            super().along(start, poses, done)
+        else:
+            reason = "the robot drives along the way that the traffic of its map grants: send a goal, not a path"
+            done(NoPlan(GoalOccupied(reason), final=True))
+
     def _granted(self, start: Pose2D, goal: Pose2D) -> Planned:
         link, way = self._link, self._link.way
         if reason := link.refusal:

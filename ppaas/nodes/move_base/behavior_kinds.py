@@ -12,14 +12,18 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages import nav2_motions
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Duration
-from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT, Nav2ActionTopics
+from ppaas.nodes.nav2_actions import BACKUP, DRIVE_ON_HEADING, SPIN, WAIT, Nav2ActionTopics
 from ppaas.recoveries.back_up import BackUpRecovery
 from ppaas.recoveries.base import Recovery
 from ppaas.recoveries.rotate import RotateParameters, RotateRecovery
+from ppaas.recoveries.straight import StraightRecovery
 from ppaas.recoveries.wait import WaitRecovery
 
 FARTHEST, LONGEST_TURN, LONGEST_WAIT = 100.0, 100.0, 86_400.0
 """Largest goals of the behaviours [m, rad, s]."""
+
+AHEAD, BRAKING = 2.0, 0.5
+"""Time ahead for which the way of a straight motion must be free [s], and its deceleration before its end [m/s²]."""
 
 SPARE = 10.0
 """Without a time allowance a behaviour may take twice its usual time and this [s]."""
@@ -197,6 +201,59 @@ class BackUp(BehaviorKind):
         return f"backed up by {done:.2f} of {goal.amount:.2f} m"
 
 
+class DriveOnHeading(BehaviorKind):
+    """Straight motion forwards, or backwards if distance and speed are negative.
+
+    Parameters
+    ----------
+    top_speed : float
+        Fastest speed of the robot [m/s].
+    """
+
+    topics = DRIVE_ON_HEADING
+    codes = ErrorCodes(724, 721, 722, 723)
+    doing = "driving straight"
+
+    def __init__(self, top_speed: float) -> None:
+        self._top_speed = top_speed
+
+    def goal(self, name: str, stamp: float, content: nav2_motions.DriveOnHeadingGoal) -> BehaviorGoal:
+        """Return the goal; as in Nav2, distance and speed have one sign, and the robot does not drive sideways."""
+        _check_collision_checks(content.disable_collision_checks)
+        if content.target.y != 0.0 or content.target.z != 0.0:
+            raise InvalidInput("a robot drives straight: target.y and target.z must be 0")
+        distance = _checked(content.target.x, FARTHEST, "target.x", "m")
+        if not content.speed * distance > 0.0:  # nor NaN
+            raise InvalidInput("target.x and speed must have the same sign, and neither may be 0")
+        speed = min(abs(content.speed), self._top_speed)
+        allowance = _allowance(content.time_allowance, abs(distance) / speed)
+        return BehaviorGoal(name, stamp, self.action, distance, allowance, speed)
+
+    def recovery(self, goal: BehaviorGoal) -> Recovery:
+        """Return the motion that reaches the goal."""
+        speed = math.copysign(goal.speed, goal.amount)
+        distance = max(abs(goal.amount), 1e-3)
+        return StraightRecovery(
+            distance, speed, time_allowance=_no_limit(goal), simulate_ahead_time=AHEAD, braking=BRAKING
+        )
+
+    def traveled(self, so_far: float, start: Pose2D, before: Pose2D, now: Pose2D) -> float:
+        """Return the distance from the start [m]."""
+        return start.distance_to(now)
+
+    def feedback(self, done: float, goal: BehaviorGoal) -> Message:
+        """Return the distance."""
+        return nav2_motions.DriveOnHeadingFeedback(done)
+
+    def result(self, seconds: float, code: int, text: str) -> Message:
+        """Return the elapsed time and the error."""
+        return nav2_motions.DriveOnHeadingResult(Duration.of(seconds), code, text)
+
+    def so_far(self, done: float, goal: BehaviorGoal) -> str:
+        """Return the distance as text."""
+        return f"drove {done:.2f} of {abs(goal.amount):.2f} m"
+
+
 class Wait(BehaviorKind):
     """Standing still for a time."""
 
@@ -236,7 +293,7 @@ class Wait(BehaviorKind):
 def behavior_kinds(recoveries: Sequence[Recovery], top_speed: float) -> tuple[BehaviorKind, ...]:
     """Return all kinds of behaviours of a robot, which turns as its own recovery behaviour does."""
     own = [recovery.parameters for recovery in recoveries if isinstance(recovery, RotateRecovery)]
-    return Spin(own[0] if own else RotateParameters()), BackUp(top_speed), Wait()
+    return Spin(own[0] if own else RotateParameters()), BackUp(top_speed), DriveOnHeading(top_speed), Wait()
 
 
 def _checked(value: float, most: float, name: str, unit: str) -> float:

@@ -1,4 +1,4 @@
-"""Actions ``spin``, ``backup`` and ``wait``: the recovery behaviours of Move Base on request."""
+"""Actions ``spin``, ``backup``, ``drive_on_heading`` and ``wait``: behaviours of Move Base on request."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, cast
@@ -18,7 +18,7 @@ from ppaas.nodes.base import Context, Payload, Timer, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.move_base.behavior_kinds import BehaviorGoal, BehaviorKind, behavior_kinds
 from ppaas.nodes.move_base.surroundings import Surroundings
-from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT
+from ppaas.nodes.nav2_actions import BACKUP, DRIVE_ON_HEADING, SPIN, WAIT
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 
 # -- one run of a behaviour --------------------------------------------------------------------------------------------
@@ -93,9 +93,10 @@ class BehaviorRun:
         return self.kind.rest(self.done, self.goal)
 
 
-# -- actions ``spin``, ``backup`` and ``wait`` -------------------------------------------------------------------------
+# -- the actions -------------------------------------------------------------------------------------------------------
 
-_ACTIONS = (SPIN, BACKUP, WAIT)
+ACTIONS = (SPIN, BACKUP, DRIVE_ON_HEADING, WAIT)
+"""Actions of behaviours."""
 
 
 class BehaviorState(msgspec.Struct):
@@ -131,8 +132,8 @@ class Behaviors:
         Raises ``PPaaSError`` while the robot is stopped.
     """
 
-    subscribes: ClassVar[tuple[Topic, ...]] = tuple(topic for action in _ACTIONS for topic in action[:2])
-    publishes: ClassVar[tuple[Topic, ...]] = tuple(topic for action in _ACTIONS for topic in action[2:])
+    subscribes: ClassVar[tuple[Topic, ...]] = tuple(topic for action in ACTIONS for topic in action[:2])
+    publishes: ClassVar[tuple[Topic, ...]] = tuple(topic for action in ACTIONS for topic in action[2:])
 
     def __init__(
         self, context: Context, surroundings: Surroundings, recoveries: Sequence[Recovery], *, top_speed: float,

@@ -1,7 +1,7 @@
 """Progress to the active goal, and the actions' status, feedback and results, with the traces of goals."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ppaas.messages.move_base_msgs import (
     MoveBaseActionResult,
     MoveBaseFeedback,
 )
+from ppaas.messages.nav2_motions import FollowPathError, FollowPathFeedback, FollowPathResult, TrackingFeedback
 from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesFeedback,
     NavigateThroughPosesResult,
@@ -26,11 +27,13 @@ from ppaas.messages.nav2_msgs import (
 )
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.events import Goal
+from ppaas.navigation.move_base import Trigger
 from ppaas.nodes import topics
 from ppaas.nodes.action_publisher import ActionPublisher, status_array, status_of
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
+from ppaas.nodes.move_base.client_paths import CODES
+from ppaas.nodes.nav2_actions import FOLLOW_PATH, NAVIGATE_THROUGH_POSES
 from ppaas.tracing.spans import NOTHING, Span, Within, entry, traceparent
 
 # -- progress to the active goal ---------------------------------------------------------------------------------------
@@ -68,6 +71,8 @@ class GoalProgress:
     ----------
     distance : float
         Remaining distance [m].
+    speed : float
+        Speed of the robot at the last update [m/s].
     """
 
     def __init__(self, top_speed: float) -> None:
@@ -78,7 +83,7 @@ class GoalProgress:
         self._marks: list[float] = []
         self._began = self._updated = 0.0
         self._speed = self._top_speed
-        self.distance = 0.0
+        self.distance = self.speed = 0.0
 
     def begin(self, goal: Pose2D, now: float) -> None:
         """Start to drive to a goal in the map frame."""
@@ -142,7 +147,7 @@ class GoalProgress:
         """Take the pose in the map frame and the speed [m/s] of the robot."""
         weight = 1.0 - math.exp(-max(now - self._updated, 0.0) / MEMORY)
         self._speed += weight * (abs(speed) - self._speed)
-        self._updated = now
+        self._updated, self.speed = now, speed
         if self._path is None:
             self.distance = pose.distance_to(self._goal)
         else:
@@ -168,6 +173,11 @@ class GoalProgress:
         way = math.atan2(next_y - y, next_x - x)
         left = (pose.y - y) * math.cos(way) - (pose.x - x) * math.sin(way)
         return float(left), wrap_angle(pose.theta - way)
+
+    @property
+    def index(self) -> int:
+        """Index of the pose of the plan at which the robot is."""
+        return 0 if self._path is None else self._path.reached
 
     def spent(self, now: float) -> float:
         """Return the time since the goal became active [s]."""
@@ -213,7 +223,7 @@ class GoalTraces:
         ended.end()
 
 
-# -- publishers of the actions ``move_base`` and ``navigate_through_poses`` --------------------------------------------
+# -- publishers of the actions ``move_base``, ``navigate_through_poses`` and ``follow_path`` --------------------------
 
 NONE, UNKNOWN = 0, 9100
 """``error_code`` of NavigateThroughPoses for success, and for all failures of Move Base."""
@@ -234,13 +244,17 @@ class ActionTopics:
     ----------
     traces : GoalTraces
         Traces of the goals, which end with their results.
+    on_end : callable, optional
+        Called with a goal that has ended, its status and text.
     """
 
     def __init__(self, context: Context) -> None:
         self.traces = GoalTraces()
         self._context = context
         self._through: ActionPublisher[Goal] = ActionPublisher(context, NAVIGATE_THROUGH_POSES)
+        self._along: ActionPublisher[Goal] = ActionPublisher(context, FOLLOW_PATH)
         self._next_progress = float("-inf")
+        self.on_end: Callable[[Goal, Status, str], None] | None = None
 
     def _header(self, frame_id: str = "") -> Header:
         return Header(stamp=Time.of(self._context.now()), frame_id=frame_id)
@@ -255,9 +269,10 @@ class ActionTopics:
         self._next_progress = float("-inf")
 
     def status(self, goals: GoalList[Goal]) -> None:
-        """Publish the status of all goals, and for goals with poses on the way under their own action, too."""
+        """Publish the status of all goals, and of those of other actions under their own action, too."""
         self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context))
-        self._through.status(_WithPoses(goals))
+        self._through.status(_GoalsOf(goals, lambda goal: goal.many))
+        self._along.status(_GoalsOf(goals, lambda goal: bool(goal.path)))
 
     def feedback(self, goal: Goal, pose: Pose2D, text: str) -> None:
         """Publish the robot's pose as feedback of a goal."""
@@ -279,6 +294,9 @@ class ActionTopics:
             progress.distance,
             *progress.tracking_error(pose),
         )
+        if goal.path:
+            self._along.feedback(goal, self._followed(goal, pose, progress))
+            return
         if goal.many:
             statuses = self._waypoints(goal, WaypointProgress.PENDING)
             self._through.feedback(goal, NavigateThroughPosesFeedback(*known, len(goal.through) + 1, statuses))
@@ -287,9 +305,23 @@ class ActionTopics:
         message = NavigateToPoseActionFeedback(self._header(), status, NavigateToPoseFeedback(*known))
         self._context.publish(topics.NAVIGATE_TO_POSE_FEEDBACK.name, message)
 
-    def result(self, goal: Goal, status: Status, text: str) -> None:
+    def _followed(self, goal: Goal, pose: Pose2D, progress: GoalProgress) -> FollowPathFeedback:
+        to_end = pose.distance_to(goal.pose)
+        tracking = TrackingFeedback(
+            self._header(MAP), *progress.tracking_error(pose), progress.index, self.stamped(pose), to_end,
+            progress.speed, progress.distance,
+        )  # fmt: skip
+        return FollowPathFeedback(progress.distance, progress.speed, tracking)
+
+    def result(self, goal: Goal, status: Status, text: str, cause: Trigger | None = None) -> None:
         """Publish the result of a goal by the action by which it came."""
         self.traces.end(goal, status, text)
+        if self.on_end is not None:
+            self.on_end(goal, status, text)
+        if goal.path:
+            failed = FollowPathError.UNKNOWN if cause is None else CODES[cause]
+            self.path_result(goal, status, text, FollowPathError.NONE if status is Status.SUCCEEDED else failed)
+            return
         if goal.many:
             succeeded = status is Status.SUCCEEDED
             code, end = (NONE, WaypointProgress.COMPLETED) if succeeded else (UNKNOWN, WaypointProgress.FAILED)
@@ -299,6 +331,10 @@ class ActionTopics:
         ended = status_of(goal, status, text)
         self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
 
+    def path_result(self, goal: Goal, status: Status, text: str, code: FollowPathError) -> None:
+        """Publish the result of a goal of ``follow_path``."""
+        self._along.result(goal, status, text, FollowPathResult(int(code), text if code else ""))
+
     def _waypoints(self, goal: Goal, rest: WaypointProgress) -> list[WaypointStatus]:
         """Return the statuses of all poses of a goal: those that were passed are completed, the rest as given."""
         listed = [(WaypointProgress.COMPLETED, pose) for pose in goal.passed]
@@ -306,11 +342,11 @@ class ActionTopics:
         return [WaypointStatus(int(state), index, self.stamped(pose)) for index, (state, pose) in enumerate(listed)]
 
 
-class _WithPoses:
-    """Goals of ``navigate_through_poses`` among the goals of Move Base."""
+class _GoalsOf:
+    """Goals of one action among the goals of Move Base."""
 
-    def __init__(self, goals: GoalList[Goal]) -> None:
-        self._goals = goals
+    def __init__(self, goals: GoalList[Goal], belongs: Callable[[Goal], bool]) -> None:
+        self._goals, self._belongs = goals, belongs
 
     def states(self, now: float) -> list[GoalState[Goal]]:
-        return [state for state in self._goals.states(now) if state.goal.many]
+        return [state for state in self._goals.states(now) if self._belongs(state.goal)]

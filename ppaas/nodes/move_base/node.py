@@ -18,15 +18,16 @@ from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String
+from ppaas.messages.base.std_srvs import EmptyService
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
+from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.messages.nav_msgs import GetPlan, Odometry
 from ppaas.messages.people_coordination import GoalUpdate, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events
 from ppaas.navigation.move_base import MoveBase
@@ -38,17 +39,21 @@ from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Ti
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.move_base.behaviors import Behaviors, BehaviorState
+from ppaas.nodes.move_base.client_paths import check_controller, error_of, path_to_follow
 from ppaas.nodes.move_base.costmap_topics import CLEARED, PUBLISHED, CostmapTopics, answer_to_clear
 from ppaas.nodes.move_base.goal_progress import ActionTopics, GoalProgress
+from ppaas.nodes.move_base.object_following import PREFIX as OBJECT_GOAL
+from ppaas.nodes.move_base.object_following import ObjectFollower, ObjectGoal
 from ppaas.nodes.move_base.order_executor import OrderExecutor
-from ppaas.nodes.move_base.path_actions import PathActions, PathGoal, RobotPaths
+from ppaas.nodes.move_base.path_actions import PathGoal, RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
+from ppaas.nodes.move_base.route_actions import RouteGoal
 from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedLimits, without_limits
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.move_base.teleop import Teleop
 from ppaas.nodes.move_base.through_goals import GAVE_WAY, gives_way, is_update_of, limit_of_goal, poses_of, update_of
-from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
+from ppaas.nodes.nav2_actions import FOLLOW_PATH, NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.recoveries.base import Recovery
@@ -76,6 +81,8 @@ class MoveBaseState(msgspec.Struct):
     paths: tuple[PathGoal, ...] = ()
     behavior: BehaviorState | None = None
     by_hand: str = ""
+    route: RouteGoal | None = None
+    object: ObjectGoal | None = None
 
 
 class MoveBaseNode(Node):
@@ -132,17 +139,20 @@ class MoveBaseNode(Node):
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE, topics.PEOPLE_STATE, topics.AMCL_STATUS, topics.STOP_STATE,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes, *Teleop.subscribes,
+        *NAVIGATE_THROUGH_POSES[:2], *FOLLOW_PATH[:2], *RobotPaths.subscribes, *Behaviors.subscribes,
+        *Teleop.subscribes, *ObjectFollower.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
-        topics.NAVIGATE_TO_POSE_FEEDBACK, *NAVIGATE_THROUGH_POSES[2:], *PathActions.publishes, *Behaviors.publishes,
-        *Teleop.publishes,
+        topics.NAVIGATE_TO_POSE_FEEDBACK, *NAVIGATE_THROUGH_POSES[2:], *FOLLOW_PATH[2:], *RobotPaths.publishes,
+        *Behaviors.publishes,
+        *Teleop.publishes, *ObjectFollower.publishes,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
         Service("move_base/compute_path", ComputePath),
+        Service("is_path_valid", nav2_msgs.IsPathValid),
         Service("move_base/clear_costmaps", EmptyService),
         Service("global_costmap/clear_entirely_global_costmap", nav2_msgs.ClearEntireCostmap),
         Service("local_costmap/clear_entirely_local_costmap", nav2_msgs.ClearEntireCostmap),
@@ -166,9 +176,8 @@ class MoveBaseNode(Node):
         self._costmap_topics, self._surroundings = costmap_topics, surroundings
         make = self._make_planner
         self._planner = make(context, planner, surroundings, parameters, threads=threads, processor=processor)
-        self._period = 1.0 / parameters.controller_frequency
+        self._period, self._topics = 1.0 / parameters.controller_frequency, ActionTopics(context)
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
-        self._topics = ActionTopics(context)
         self._executor = OrderExecutor(
             context, self._feed, self._machine.goals,
             surroundings=surroundings, planner=self._planner, controller=controller,
@@ -186,6 +195,7 @@ class MoveBaseNode(Node):
         self._paths = RobotPaths(
             context, surroundings, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
         )
+        self._objects = ObjectFollower(context, surroundings, self, self._topics)
         self._cycle: Timer | None = None
         self._events, self._counter, self._handling = deque[events.Event](), 0, False
 
@@ -196,7 +206,8 @@ class MoveBaseNode(Node):
     @property
     def busy(self) -> bool:
         """True while a goal is active, a behaviour runs, or somebody drives by hand."""
-        return self._machine.goals.active is not None or self._behaviors.active or bool(self._teleop.holds)
+        driving = self._machine.goals.active is not None or self._objects.active
+        return driving or self._behaviors.active or bool(self._teleop.holds)
 
     @property
     def costs(self) -> Costmap | None:
@@ -246,8 +257,8 @@ class MoveBaseNode(Node):
 
     def _publish_statuses(self) -> None:
         self._topics.status(self._machine.goals)
-        self._paths.actions.publish_statuses()
-        self._behaviors.publish_statuses()
+        for part in (self._paths, self._behaviors, self._objects):
+            part.publish_statuses()
 
     # -- messages and calls --------------------------------------------------------------------------------------------
 
@@ -261,7 +272,7 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
-        if any(part.take(topic, message) for part in (self._paths.actions, self._behaviors, self._teleop)):
+        if any(part.take(topic, message) for part in (self._paths, self._behaviors, self._teleop, self._objects)):
             return
         now = self.context.elapsed()
         message = update_of(topic, message) or message
@@ -272,9 +283,8 @@ class MoveBaseNode(Node):
                 self._on_goal(message, GoalID(message.header.stamp))
             case MoveBaseActionGoal():
                 self._on_goal(message.goal.target_pose, message.goal_id)
-            case nav2_msgs.NavigateThroughPosesActionGoal():
-                poses = poses_of(message.goal, self._surroundings.frames.tree)
-                self._drive(poses[-1], message.goal_id, tuple(poses[:-1]), many=True)
+            case nav2_msgs.NavigateThroughPosesActionGoal() | FollowPathActionGoal():
+                self._on_way(message)
             case GoalID():
                 self._on_cancel(topic, events.CancelReceived(now, message.id, message.stamp.seconds()))
             case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | PeopleState() | String():
@@ -289,11 +299,30 @@ class MoveBaseNode(Node):
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
         self._drive(pose_in(self._surroundings.frames.tree, MAP, target, "a goal"), goal_id)
 
-    def _drive(self, pose: Pose2D, goal_id: GoalID, through: tuple[Pose2D, ...] = (), *, many: bool = False) -> None:
+    def _on_way(self, message: nav2_msgs.NavigateThroughPosesActionGoal | FollowPathActionGoal) -> None:
+        """Take a goal with poses on the way, or one with a path."""
+        if isinstance(message, nav2_msgs.NavigateThroughPosesActionGoal):
+            poses = poses_of(message.goal, self._surroundings.frames.tree)
+            self._drive(poses[-1], message.goal_id, tuple(poses[:-1]), many=True)
+            return
+        wanted, goal_id = message.goal, message.goal_id
+        try:
+            check_controller(wanted.controller_id, (self._executor.controller_name,))
+            path = path_to_follow(wanted, self._surroundings.frames.tree)
+        except PPaaSError as error:
+            refused = events.Goal(goal_id.id, Pose2D(0.0, 0.0), goal_id.stamp.seconds())
+            self._topics.path_result(refused, Status.ABORTED, str(error), error_of(error))
+            return
+        self._drive(path[-1], goal_id, path=path)
+
+    def _drive(
+        self, pose: Pose2D, goal_id: GoalID, through: tuple[Pose2D, ...] = (), *, many: bool = False,
+        path: tuple[Pose2D, ...] = (),
+    ) -> None:  # fmt: skip
         stamp = goal_id.stamp.seconds() or self.context.now()
         self._counter += 1
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
-        goal = events.Goal(name, pose, stamp, through, many)
+        goal = events.Goal(name, pose, stamp, through, many, path=path)
         gives = gives_way(goal, self._machine.goals.active, behaves=self._behaviors.active)
         if refusal := self._teleop.holds or (GAVE_WAY if gives else ""):
             self._topics.result(goal, Status.REJECTED, refusal)
@@ -302,8 +331,25 @@ class MoveBaseNode(Node):
             self._topics.traces.begin(goal)
             self._planner.head_for(pose)
             self._behaviors.preempt(f"Replaced by another goal: {name}")
+            if not name.startswith(OBJECT_GOAL):
+                self._objects.replaced(f"Replaced by another goal: {name}")
         self._feed(events.GoalReceived(self.context.elapsed(), goal))
         self._tick()
+
+    # -- a moving goal of `ObjectFollower` -----------------------------------------------------------------------------
+
+    def drive_to(self, pose: Pose2D, goal_id: GoalID) -> None:
+        """Drive to a pose in the map frame, in place of the goal before."""
+        self._drive(pose, goal_id)
+
+    def move_goal(self, pose: Pose2D) -> None:
+        """Move the goal that the robot drives to."""
+        self._planner.head_for(pose)
+        self._feed(events.GoalUpdated(self.context.elapsed(), pose, 0.0))
+
+    def end_goal(self, reason: str) -> None:
+        """End the goal that the robot drives to."""
+        self._feed(events.Preempted(self.context.elapsed(), reason))
 
     def _on_update(self, update: GoalUpdate) -> None:
         """Move the active goal, if the update is for it."""
@@ -316,10 +362,12 @@ class MoveBaseNode(Node):
 
     def _on_cancel(self, topic: str, cancel: events.CancelReceived) -> None:
         """Cancel the goal; a cancel of all goals stops the robot, so it ends a behaviour too."""
-        if topic != NAVIGATE_THROUGH_POSES.cancel.name:
+        active = self._machine.goals.active
+        if topic == topics.MOVE_BASE_CANCEL.name:
             self._feed(cancel)
             self._behaviors.cancel(cancel)
-        elif (active := self._machine.goals.active) is not None and active.goal.many:
+            self._objects.cancel(cancel)
+        elif active is not None and (active.goal.path if topic == FOLLOW_PATH.cancel.name else active.goal.many):
             self._feed(cancel)
 
     def _hold(self, reason: str) -> None:
@@ -330,6 +378,7 @@ class MoveBaseNode(Node):
     def _preempt(self, reason: str) -> str:
         """End the goal for a behaviour; return why no behaviour may run instead, if somebody drives by hand."""
         if not self._teleop.holds:
+            self._objects.replaced(reason)
             self._feed(events.Preempted(self.context.elapsed(), reason))
         return self._teleop.holds
 
@@ -418,12 +467,12 @@ class MoveBaseNode(Node):
         active, limit = self._machine.goals.active, self._limits.received
         goal = active.goal if active else None
         spent = self._executor.progress.spent(self.context.elapsed()) if active else 0.0
-        paths, behavior = self._paths.actions.active, self._behaviors.checkpoint()
-        return msgspec.json.encode(
-            MoveBaseState(
-                goal, self._counter, limit.speed_limit, limit.percentage, spent, paths, behavior, self._executor.by_hand
-            )
-        )
+        state = MoveBaseState(
+            goal, self._counter, limit.speed_limit, limit.percentage, spent, self._paths.actions.active,
+            self._behaviors.checkpoint(), self._executor.by_hand, self._paths.routes.checkpoint(),
+            self._objects.checkpoint(),
+        )  # fmt: skip
+        return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
         """Continue to the goal of a checkpoint, with a new plan from the robot's current pose.
@@ -433,10 +482,12 @@ class MoveBaseNode(Node):
         restored = from_json(state, MoveBaseState)
         self._counter = restored.counter
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
-        if restored.goal is not None:
+        if restored.goal is not None and not restored.goal.id.startswith(OBJECT_GOAL):
             self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
             self._executor.progress.resume(restored.seconds)
             if restored.by_hand:
                 self._feed(events.Preempted(self.context.elapsed(), restored.by_hand))
         self._paths.actions.restore(restored.paths)
         self._behaviors.restore(restored.behavior)
+        self._paths.routes.restore(restored.route)
+        self._objects.restore(restored.object)

@@ -17,6 +17,7 @@ from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
+from ppaas.nodes.move_base.client_paths import rows_of
 from ppaas.nodes.move_base.goal_progress import ActionTopics, GoalProgress
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Outdated, Planned, RobotPlanner, Waiting
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
@@ -124,6 +125,11 @@ class OrderExecutor:
         self._threads = threads
         self.progress = progress
 
+    @property
+    def controller_name(self) -> str:
+        """Name of the local planner."""
+        return self._controller.name
+
     def execute(self, order: move_base.Order) -> None:
         """Execute one order."""
         match order:
@@ -158,7 +164,7 @@ class OrderExecutor:
             case move_base.PublishFeedback():
                 self._feed_back(order, active.text if active else "")
             case move_base.PublishResult():
-                self._topics.result(order.goal, order.status, order.text)
+                self._topics.result(order.goal, order.status, order.text, order.cause)
 
     def _feed_back(self, order: move_base.PublishFeedback, text: str) -> None:
         self._topics.feedback(order.goal, order.pose, text)
@@ -245,8 +251,13 @@ class OrderExecutor:
             self._feed(events.PlanFailed(self._context.elapsed(), order.number, error))
             return
         active = self._goals.active
+        done = partial(self._on_planned, order)
+        if active is not None and active.goal.path:
+            given = self.progress.rest if self.progress.has_plan else rows_of(active.goal.path)
+            self._planner.along(start, given, done)
+            return
         with self._topics.traces.of(None if active is None else active.goal):
-            self._planner.request(start, order.goal, partial(self._on_planned, order), order.through)
+            self._planner.request(start, order.goal, done, order.through)
 
     def _on_planned(self, order: move_base.RequestPlan, result: Planned) -> None:
         now, number = self._context.elapsed(), order.number

@@ -19,6 +19,7 @@ from ppaas.messages.nav2_msgs import (
     ComputePathThroughPosesResult,
     ComputePathToPoseActionGoal,
     ComputePathToPoseResult,
+    IsPathValidRequest,
 )
 from ppaas.messages.nav_msgs import GetPlanRequest, Path
 from ppaas.messages.ppaas_msgs import ComputePathRequest
@@ -28,6 +29,8 @@ from ppaas.nodes.action_publisher import ActionPublisher
 from ppaas.nodes.base import Context, Job, Payload, Reply, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect, pose_in
+from ppaas.nodes.move_base.client_paths import check_path
+from ppaas.nodes.move_base.route_actions import RouteActions
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.move_base.through_goals import MAX_POSES
 from ppaas.nodes.nav2_actions import COMPUTE_PATH_THROUGH_POSES, COMPUTE_PATH_TO_POSE
@@ -286,7 +289,11 @@ class RobotPaths:
     ----------
     actions : PathActions
     services : PathServices
+    routes : RouteActions
     """
+
+    subscribes: ClassVar[tuple[Topic, ...]] = (*PathActions.subscribes, *RouteActions.subscribes)
+    publishes: ClassVar[tuple[Topic, ...]] = (*PathActions.publishes, *RouteActions.publishes)
 
     def __init__(
         self,
@@ -302,9 +309,19 @@ class RobotPaths:
         self._surroundings = surroundings
         self.services = PathServices(context, surroundings.static, default, threads, processor=processor, tuned=tuned)
         self.actions = PathActions(context, self.services, surroundings, self._seen)
+        self.routes = RouteActions(context, surroundings)
+
+    def take(self, topic: str, message: Payload) -> bool:
+        """Handle a message of one of the topics; return whether it is of one."""
+        return self.actions.take(topic, message) or self.routes.take(topic, message)
+
+    def publish_statuses(self) -> None:
+        """Publish the statuses of all goals."""
+        self.actions.publish_statuses()
+        self.routes.publish_statuses()
 
     def call(self, request: Message, reply: Reply) -> None:
-        """Plan a path for a call of ``make_plan`` or ``compute_path``.
+        """Plan a path for a call of ``make_plan`` or ``compute_path``, or check one for ``is_path_valid``.
 
         Raises
         ------
@@ -315,6 +332,8 @@ class RobotPaths:
         """
         if isinstance(request, ComputePathRequest):
             self.services.compute(request, reply, self._seen())
+        elif isinstance(request, IsPathValidRequest):
+            reply(self._check(request))
         else:
             self._make_plan(expect(request, GetPlanRequest), reply)
 
@@ -327,6 +346,12 @@ class RobotPaths:
         now = self._context.elapsed()
         start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
         self.services.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=self._seen())
+
+    def _check(self, request: IsPathValidRequest) -> Message:
+        around, pose = self._surroundings, None
+        with contextlib.suppress(TransformError):  # without a pose, the whole path is checked
+            pose = around.pose(self._context.elapsed())
+        return check_path(request, self._seen(), around.frames.tree, pose)
 
     def _seen(self) -> Costmap:
         """Return the costmap of the map with the obstacles that the robot sees now."""

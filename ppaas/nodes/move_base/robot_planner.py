@@ -22,6 +22,7 @@ from ppaas.maps.grid import GridInfo
 from ppaas.navigation.blocked_path_memory import BlockedPathMemory
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
+from ppaas.nodes.move_base.client_paths import rest_for
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
@@ -32,6 +33,9 @@ from ppaas.plans.reuse.crossed_cells import crossed_by
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.plugins import parameters_in_use
 from ppaas.thread_budget import Threads
+
+GIVEN = "follow_path"
+"""Name of the planner in plans that are paths of clients."""
 
 FINAL = (GoalOutsideMap, StartOutsideMap, InvalidPlanner, InvalidInput)
 """Errors that no recovery behaviour can change."""
@@ -215,6 +219,19 @@ class RobotPlanner:
                 done(self._on_new_map(result, start))
 
         self._job = self._queue.submit(work, planned)
+
+    def along(self, start: Pose2D, poses: Poses, done: Callable[[Planned], None]) -> None:
+        """Return the rest of a path (n, 7) that a client has given, if it is free; ``done`` is called with it."""
+        try:
+            rest = rest_for(poses, start)
+        except PPaaSError as error:
+            done(NoPlan(error, final=True))
+            return
+        if self.is_blocked(rest):
+            done(NoValidPath("the path is blocked"))
+            return
+        length = float(np.hypot(*np.diff(rest[:, :2], axis=0).T).sum())
+        done(PlanResult(np.empty((0, 2), np.int32), rest, 0.0, length, 0, 0.0, GIVEN))
 
     def _marked(self) -> Costmap:
         return self._blocked_paths.mark(self._surroundings.seen(), self._now())

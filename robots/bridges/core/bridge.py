@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from collections import defaultdict
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -176,19 +177,24 @@ class Bridge:
     # -- services and actions ------------------------------------------------------------------------------------------
 
     def _serve(self, graph: RobotGraph) -> None:
-        for service in self._transport.tables.services:
-            if self._has_type(service.type, service.name):
+        """Offer what the release of the robot's ROS has, and report what its packages lack."""
+        transport, lacking = self._transport, defaultdict[str, list[str]](list)
+        for service in transport.tables.services:
+            if transport.has_type(service.type):
                 full = graph.full(service.name)
-                self._servers.append(self._transport.serve(full, service.type, self._answer(service)))
-        for name, kind in self._transport.tables.actions.items():
-            if self._has_type(kind, name):
+                self._servers.append(transport.serve(full, service.type, self._answer(service)))
+            else:
+                lacking[service.type.partition("/")[0]].append(service.name)
+        for name, kind in transport.tables.actions.items():
+            if not transport.types.knows(f"{kind}_SendGoal"):
+                continue
+            if transport.has_type(kind):
                 self._servers.append(self._actions(name, kind, graph.full(name), self._parts))
-
-    def _has_type(self, type_name: str, name: str) -> bool:
-        if self._transport.has_type(type_name):
-            return True
-        self._notices.warn(f"{name!r} is not offered: the robot's ROS has no package {type_name.partition('/')[0]}")
-        return False
+            else:
+                lacking[kind.partition("/")[0]].append(name)
+        for package, names in lacking.items():
+            listed, are = ", ".join(map(repr, names)), "is" if len(names) == 1 else "are"
+            self._notices.warn(f"{listed} {are} not offered: the robot's ROS has no package {package} with them")
 
     def _answer(self, service: BridgedService) -> Any:
         async def answer(request: bytes) -> bytes:

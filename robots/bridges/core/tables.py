@@ -72,6 +72,7 @@ UP: Final = (
     UpTopic("people", "people_msgs/msg/People", ("people",)),
     UpTopic("detections", "vision_msgs/msg/Detection3DArray", ("detections",)),
     UpTopic("goal_update", "geometry_msgs/msg/PoseStamped", ("goal_update",)),
+    UpTopic("dynamic_pose", "geometry_msgs/msg/PoseStamped", ("dynamic_pose",)),
     UpTopic("speed_limit", "nav2_msgs/msg/SpeedLimit", ("speed_limit",), reliable=True),
     UpTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", ("diagnostics",)),
     UpTopic("joint_states", "sensor_msgs/msg/JointState", ("joint_states",), clone=False, period=JOINTS_PERIOD),
@@ -157,6 +158,7 @@ SERVICES: Final = tuple(
     for name, kind, cloud in (
         ("global_costmap/clear_entirely_global_costmap", _CLEAR, "global_costmap/clear_entirely_global_costmap"),
         ("local_costmap/clear_entirely_local_costmap", _CLEAR, "local_costmap/clear_entirely_local_costmap"),
+        ("is_path_valid", "nav2_msgs/srv/IsPathValid", "is_path_valid"),
         ("reinitialize_global_localization", _EMPTY, "global_localization"),
         ("request_nomotion_update", _EMPTY, "request_nomotion_update"),
         ("map_server/map", "nav_msgs/srv/GetMap", "static_map"),
@@ -167,6 +169,16 @@ ACTIONS: Final = {
     "navigate_to_pose": "nav2_msgs/action/NavigateToPose",
     "follow_waypoints": "nav2_msgs/action/FollowWaypoints",
     "compute_path_to_pose": "nav2_msgs/action/ComputePathToPose",
+    "navigate_through_poses": "nav2_msgs/action/NavigateThroughPoses",
+    "compute_path_through_poses": "nav2_msgs/action/ComputePathThroughPoses",
+    "follow_path": "nav2_msgs/action/FollowPath",
+    "compute_route": "nav2_msgs/action/ComputeRoute",
+    "compute_and_track_route": "nav2_msgs/action/ComputeAndTrackRoute",
+    "follow_object": "nav2_msgs/action/FollowObject",
+    "spin": "nav2_msgs/action/Spin",
+    "backup": "nav2_msgs/action/BackUp",
+    "drive_on_heading": "nav2_msgs/action/DriveOnHeading",
+    "wait": "nav2_msgs/action/Wait",
 }
 """Types of the actions of Nav2 that the clone executes, by their names, which the cloud uses too."""
 

@@ -9,6 +9,7 @@ variable                          effect
 ``ROS_AUTOMATIC_DISCOVERY_RANGE`` ``SUBNET`` (the default): nodes that multicast reaches; ``LOCALHOST``: nodes on this
                                   computer; ``OFF``: none; ``SYSTEM_DEFAULT``: as Cyclone DDS does it, without peers
 ``ROS_STATIC_PEERS``              addresses, separated by ``;``, at which nodes are looked for besides
+``ROS_DISCOVERY_SERVER``          refused: the server is of Fast DDS, and Cyclone DDS finds no nodes by it
 ================================  =====================================================================================
 
 Source: ``rcl/discovery_options.h`` of ``ros2/rcl``, and "Improved Dynamic Discovery" on docs.ros.org.
@@ -29,6 +30,7 @@ from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.rmw_zenoh import ros_type
 
 RANGE, PEERS, LOCALHOST_ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"
+SERVER = "ROS_DISCOVERY_SERVER"
 RANGES = ("SUBNET", "LOCALHOST", "SYSTEM_DEFAULT", "OFF")
 
 _COMPATIBLE = "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
@@ -43,8 +45,14 @@ def cyclone_configuration(environment: Mapping[str, str]) -> str:
     Raises
     ------
     InvalidInput
-        The range is ``OFF``, in which a bridge finds no robot, or is none of ROS.
+        The range is ``OFF``, in which a bridge finds no robot, or is none of ROS; or there is a discovery server.
     """
+    if environment.get(SERVER, "").strip(";"):
+        raise InvalidInput(
+            f"{SERVER} names a discovery server of Fast DDS, by which Cyclone DDS finds no nodes: take --transport "
+            f"rclpy where ROS 2 is installed; or unset it here and for the robot's nodes, and name the robot's "
+            f"computer in {PEERS} if multicast does not reach it"
+        )
     wanted = environment.get(RANGE) or "SUBNET"
     peers = [peer for text in environment.get(PEERS, "").split(";") if (peer := text.strip())]
     if environment.get(LOCALHOST_ONLY) == "1":

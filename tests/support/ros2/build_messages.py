@@ -14,6 +14,18 @@ from pathlib import Path
 from ppaas.wire.ros.definitions import DEFINITIONS
 
 TF2 = {"tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms"}
+USED = (
+    *(
+        f"nav2_msgs/msg/{name}"
+        for name in ("Particle", "ParticleCloud", "Route", "RouteEdge", "RouteNode", "SpeedLimit")
+    ),
+    "nav2_msgs/msg/WaypointStatus",
+    *(f"nav2_msgs/action/{name}" for name in ("ComputePathToPose", "ComputeRoute", "FollowPath", "FollowWaypoints")),
+    "nav2_msgs/action/NavigateToPose",
+    *(f"nav2_msgs/srv/{name}" for name in ("ClearEntireCostmap", "IsPathValid")),
+)
+"""Definitions of ``nav2_msgs`` that the robots of the tests use: each takes the compiler some seconds."""
+
 DEPENDENCIES = ("builtin_interfaces", "std_msgs", "geometry_msgs", "nav_msgs", "action_msgs")
 
 CMAKE = """cmake_minimum_required(VERSION 3.8)
@@ -36,7 +48,7 @@ PACKAGE = """<package format="3"><name>{package}</name><version>0.0.0</version><
 def main(release: str, environment: Path, workspace: Path) -> None:
     """Build ``tf2_msgs`` and ``nav2_msgs``."""
     mend_paths(environment)
-    definitions = TF2 | {name: text for name, text in DEFINITIONS[release].items() if name.startswith("nav2_msgs/")}
+    definitions = TF2 | {name: DEFINITIONS[release][name] for name in USED}
     for package in ("tf2_msgs", "nav2_msgs"):
         source = workspace / "src" / package
         write(source, package, {name: text for name, text in definitions.items() if name.startswith(f"{package}/")})

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import ComputePathToPose, FollowWaypoints, NavigateToPose
+from nav2_msgs.action import ComputePathToPose, ComputeRoute, FollowPath, FollowWaypoints, NavigateToPose
+from nav2_msgs.srv import IsPathValid
 from rclpy.action import ActionClient
 from rclpy_robot import Robot
 from tf2_msgs.msg import TFMessage
@@ -49,6 +50,12 @@ class Navigator(Robot):
         end = self.wait(ended)
         return {"accepted": True, "status": end.status, "code": getattr(end.result, "error_code", 0), "end": end.result}
 
+    def is_valid(self, path: Any) -> bool:
+        """Return whether the service says that a path is valid."""
+        client = self.create_client(IsPathValid, "is_path_valid")
+        assert client.wait_for_service(timeout_sec=20.0)
+        return bool(self.wait(client.call_async(IsPathValid.Request(path=path))).is_valid)
+
     def heard(self, message: Any) -> None:
         self.feedbacks.append(getattr(message.feedback, "distance_remaining", 0.0))
 
@@ -84,6 +91,11 @@ def main() -> None:
     cancelled = robot.act(NavigateToPose, "navigate_to_pose", NavigateToPose.Goal(pose=home), cancel_after=1.5)
     wall = robot.at(0.0, 0.0)
     blocked = robot.act(NavigateToPose, "navigate_to_pose", NavigateToPose.Goal(pose=wall))
+    way = robot.act(ComputePathToPose, "compute_path_to_pose", ComputePathToPose.Goal(goal=home))["end"].path
+    valid = robot.is_valid(way)
+    followed = robot.act(FollowPath, "follow_path", FollowPath.Goal(path=way))
+    returned = list(robot.body.pose)
+    route = robot.act(ComputeRoute, "compute_route", ComputeRoute.Goal(goal=home, use_poses=True))
     tour = robot.act(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=[robot.target(), wall]))
     printed = {
         "path": path | {"end": len(path["end"].path.poses)},
@@ -91,6 +103,9 @@ def main() -> None:
         "feedbacks": len(feedbacks),
         "cancelled": cancelled | {"end": ""},
         "blocked": blocked | {"end": blocked["end"].error_msg},
+        "valid": valid,
+        "followed": followed | {"end": returned},
+        "route": route | {"end": route["end"].error_msg},
         "tour": tour | {"end": [one.waypoint_index for one in tour["end"].missed_waypoints]},
         "frames": sorted(robot.frames),
     }

@@ -235,7 +235,7 @@ async def test_a_late_reader_of_the_map_gets_it_with_its_updates() -> None:
 
 async def test_services_of_nav2_are_those_of_the_clone() -> None:
     async with bridged(turtlebot("/a")) as both:
-        await until(lambda: len(both.robot.servers) == len(SERVICES) + 3 * len(ACTIONS))
+        await until(lambda: len(both.robot.servers) == len(SERVICES) + 3 * len(ACTIONS.keys() - {"follow_object"}))
         call = asyncio.create_task(both.robot.call("/a/map_server/map", {}))
         asked = (await both.cloud.heard("call_service", 2))[1]
         assert asked["service"] == "static_map"
@@ -359,7 +359,7 @@ async def test_what_the_robots_ros_has_no_types_for_is_not_offered(caplog: pytes
     robot = turtlebot()
     robot.packages_missing = {"nav2_msgs", "tf2_msgs"}
     async with bridged(robot) as both:
-        await until(lambda: "'navigate_to_pose' is not offered" in caplog.text)
+        await until(lambda: "'navigate_to_pose', " in caplog.text)
         await until(lambda: "/odom" in robot.subscriptions)
         assert set(robot.servers) == {f"/{service.name}" for service in SERVICES if "nav2_msgs" not in service.type}
         assert "/tf_static" not in robot.subscriptions

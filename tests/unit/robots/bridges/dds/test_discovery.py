@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from ppaas.errors import InvalidInput
-from robots.bridges.dds.cyclone import LOCALHOST_ONLY, PEERS, RANGE, cyclone_configuration
+from robots.bridges.dds.cyclone import LOCALHOST_ONLY, PEERS, RANGE, SERVER, cyclone_configuration
 
 
 def read(environment: dict[str, str]) -> tuple[list[str], bool, bool]:
@@ -47,3 +47,9 @@ def test_a_peer_cannot_write_configuration():
 def test_a_range_in_which_no_robot_is_found_is_refused(wanted, text):
     with pytest.raises(InvalidInput, match=text):
         cyclone_configuration({RANGE: wanted})
+
+
+def test_a_discovery_server_is_refused_with_what_to_do():
+    with pytest.raises(InvalidInput, match=r"ROS_DISCOVERY_SERVER .* take --transport rclpy .* in ROS_STATIC_PEERS"):
+        cyclone_configuration({SERVER: "192.0.2.9:11811"})
+    assert read({SERVER: ""}) == ([], True, False)
