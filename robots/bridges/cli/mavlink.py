@@ -75,8 +75,7 @@ def options_of(arguments: argparse.Namespace) -> "BridgeOptions":
     from robots.bridges.mavlink.bridge import BridgeOptions  # noqa: PLC0415
     from robots.bridges.mavlink.dialect import check_installed  # noqa: PLC0415
     from robots.bridges.mavlink.link import VehicleAddress  # noqa: PLC0415
-    from robots.bridges.mavlink.signing import key_of  # noqa: PLC0415
-    from robots.bridges.mavlink.station import StationOptions  # noqa: PLC0415
+    from robots.bridges.mavlink.station import StationOptions, key_of  # noqa: PLC0415
 
     check_installed()
     key = None if arguments.signing_key_file is None else key_of(arguments.signing_key_file)

@@ -1,4 +1,4 @@
-"""Who drives a vehicle: the bridge takes it for a goal, gives it back afterwards, and yields to everybody else."""
+"""Authority over a vehicle: the bridge takes it for a goal, gives it back afterwards, and yields to all others."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ SETTLE = 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class Send:
+class SendMessage:
     """Send a message to the vehicle."""
 
     message: Any
@@ -35,7 +35,7 @@ class Given:
     reason: str
 
 
-AuthorityStep = Send | Taken | Given
+AuthorityStep = SendMessage | Taken | Given
 
 
 class Hold(Enum):
@@ -56,7 +56,13 @@ class _Pending:
     tries: int = 0
 
 
-class Authority:
+def switched(vehicle: Vehicle, mode: int) -> str:
+    """Return in words that somebody else has switched a vehicle to a mode."""
+    name = vehicle.book.name_of(mode)
+    return f"the vehicle was switched to {name} by its remote control, another station or its failsafe"
+
+
+class VehicleAuthority:
     """Takes a vehicle, and gives it back.
 
     The mode is set and the vehicle armed by commands, each of which is sent again until it is answered. From then on
@@ -122,10 +128,10 @@ class Authority:
                 return self._give("the vehicle has restarted")
             case ArmedChanged(armed=False) if self.hold in (Hold.DRIVING, Hold.SETTING_MODE):
                 return self._give("the vehicle was disarmed, by its remote control, another station or its failsafe")
-            case ModeChanged(after=after) if self.hold in (Hold.DRIVING, Hold.ARMING) and after != self._wanted:
-                name = self.vehicle.book.name_of(after)
-                text = f"the vehicle was switched to {name} by its remote control, another station or its failsafe"
-                return self._give(text)
+            case ModeChanged(after=after) if self.streams and after != self._wanted:
+                taking = self.hold in (Hold.STREAMING, Hold.SETTING_MODE)
+                if not (taking and after == self.vehicle.book.hold):  # which the bridge may have set just before
+                    return self._give(switched(self.vehicle, after))
         return []
 
     def take_ack(self, message: Any, now: float) -> list[AuthorityStep]:
@@ -211,7 +217,7 @@ class Authority:
         pending.message.confirmation = pending.tries
         pending.tries += 1
         pending.sent_at = now
-        return [Send(pending.message)]
+        return [SendMessage(pending.message)]
 
     def _refused(self, words: str) -> list[AuthorityStep]:
         said = f" ({self._said})" if self._said else ""

@@ -12,10 +12,10 @@ from ppaas.geometry import Pose2D
 from ppaas.listener_faults import ListenerFaults
 from ppaas.maps.georeference import GeoAnchor, anchor_of
 from robots.bridges.core.notices import Notices
-from robots.bridges.mavlink.authority import Authority
+from robots.bridges.mavlink.authority import VehicleAuthority
 from robots.bridges.mavlink.cloud_end import CloudEnd, Requests
 from robots.bridges.mavlink.mission import MissionDrive
-from robots.bridges.mavlink.place import SILENT, Place
+from robots.bridges.mavlink.place import SILENT, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
 from robots.bridges.mavlink.station import Station, StationOptions
 from robots.bridges.mavlink.vehicle import Vehicle
@@ -116,14 +116,14 @@ class MavlinkBridge:
 
     def _joined(self, heartbeat: Any, anchor: GeoAnchor | None, *, follows_paths: bool) -> Rover:
         vehicle = Vehicle(heartbeat.get_srcSystem(), heartbeat.get_srcComponent(), heartbeat.autopilot)
-        authority = Authority(vehicle, arm=self._options.arm)
+        authority = VehicleAuthority(vehicle, arm=self._options.arm)
         drive: VelocityDrive | MissionDrive = VelocityDrive(authority)
         if follows_paths and anchor is not None:
             drive = MissionDrive(authority, anchor)
         self._station.choose(vehicle.system)
         way = "by waypoints" if follows_paths else "by velocities"
         logger.info("vehicle %d, %s, is robot %s, driven %s", vehicle.system, vehicle.book.name, self._robot, way)
-        return Rover(vehicle, drive, Place(anchor), self._station, self._robot)
+        return Rover(vehicle, drive, VehiclePlace(anchor), self._station, self._robot)
 
     def _received(self, message: Any, now: float) -> None:
         if self._rover is not None:

@@ -24,8 +24,8 @@ from ppaas.polygons import Points
 from ppaas.wire.vda5050.master.route import route_of
 from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.mavlink.mission import MissionEnded, MissionProgress
-from robots.bridges.mavlink.place import Motion
+from robots.bridges.mavlink.mission import MissionEnded, WaypointProgress
+from robots.bridges.mavlink.place import VehicleMotion
 from robots.bridges.mavlink.vehicle import Charge
 
 logger = logging.getLogger("ppaas.bridge")
@@ -110,7 +110,7 @@ class CloudEnd:
 
     # -- publishing ----------------------------------------------------------------------------------------------------
 
-    def motion(self, motion: Motion, deviation: float) -> None:
+    def motion(self, motion: VehicleMotion, deviation: float) -> None:
         """Publish where the vehicle is, in one frame."""
         stamp = _now()
         twist = Twist(Vector3(x=motion.forward, y=motion.left), Vector3(z=motion.turn))
@@ -137,7 +137,7 @@ class CloudEnd:
         """Publish how the vehicle is."""
         self.link.publish_newest("diagnostics", encode(DiagnosticArray(Header(stamp=_now()), list(statuses))))
 
-    def progress(self, progress: MissionProgress) -> None:
+    def progress(self, progress: WaypointProgress) -> None:
         """Publish progress along a path."""
         message = own_pose.feedback(progress.path, progress.text, progress.distance, progress.speed, _now())
         self.link.publish_newest("follow_path/feedback", encode(message))

@@ -50,6 +50,7 @@ class Parser(mavlink.MAVLink):  # type: ignore[misc]
     def __init__(self, system: int, key: bytes | None = None) -> None:
         super().__init__(None, srcSystem=system, srcComponent=mavlink.MAV_COMP_ID_MISSIONPLANNER)
         self.robust_parsing = True
+        self.seq: int = 0
         self.forged = 0
         if key is not None:
             self.signing.secret_key = key

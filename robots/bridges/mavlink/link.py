@@ -61,7 +61,7 @@ class VehicleAddress:
         )
 
 
-class Line(ABC):
+class VehicleLine(ABC):
     """Way to the vehicles.
 
     Parameters
@@ -100,7 +100,7 @@ class _Datagrams(asyncio.DatagramProtocol):
         logger.debug("a vehicle cannot be reached: %s", exc)
 
 
-class UdpLine(Line):
+class UdpLine(VehicleLine):
     """UDP: a port at which vehicles report, or the port of a vehicle."""
 
     def __init__(self, address: VehicleAddress, received: Received) -> None:
@@ -127,7 +127,7 @@ class UdpLine(Line):
             self._transport.sendto(data, to if self._address.kind == "udpin" else None)
 
 
-class TcpLine(Line):
+class TcpLine(VehicleLine):
     """TCP to a vehicle or a router, which is connected again when it is lost."""
 
     def __init__(self, address: VehicleAddress, received: Received) -> None:
@@ -163,7 +163,7 @@ class TcpLine(Line):
         self._problem = problem
 
 
-class SerialLine(Line):
+class SerialLine(VehicleLine):
     """Serial line, such as a telemetry radio, which may be pulled out and plugged in again."""
 
     def __init__(self, address: VehicleAddress, received: Received) -> None:
@@ -217,7 +217,7 @@ class SerialLine(Line):
             self._lost.set()
 
 
-LINES: dict[str, type[Line]] = {"udpin": UdpLine, "udpout": UdpLine, "tcp": TcpLine, "serial": SerialLine}
+LINES: dict[str, type[VehicleLine]] = {"udpin": UdpLine, "udpout": UdpLine, "tcp": TcpLine, "serial": SerialLine}
 
 
 class PeerWatch:

@@ -11,19 +11,19 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
 from ppaas.messages.nav2_motions import FollowPathError
 from ppaas.polygons import Points
-from robots.bridges.mavlink.authority import Authority, AuthorityStep, Given, Hold, Send
+from robots.bridges.mavlink.authority import AuthorityStep, Given, Hold, SendMessage, VehicleAuthority, switched
 from robots.bridges.mavlink.dialect import mavlink
-from robots.bridges.mavlink.place import Motion
+from robots.bridges.mavlink.place import VehicleMotion
 from robots.bridges.mavlink.vehicle import ModeChanged, VehicleEvent
 
 PATIENCE, TRIES = 1.0, 5
 """Time for which the vehicle's next request is waited for [s], and how often the last message is sent."""
 
-NEAR = 2.0
-"""Distance from the end within which a vehicle that stands has ended its mission [m], as its own radius may be."""
+NEAR = 0.5
+"""Distance from the end within which a vehicle that stands has ended its mission [m], as the clone believes it."""
 
 STANDING, STANDS_AFTER = 0.05, 2.0
-"""Speed below which a vehicle stands [m/s], and time after which it counts [s]."""
+"""Speed below which a vehicle stands [m/s, rad/s], and time after which it counts [s]."""
 
 STUCK = 60.0
 """Time without progress after which a mission has failed [s]."""
@@ -42,7 +42,7 @@ class MissionEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class MissionProgress:
+class WaypointProgress:
     """Rest of a path [m], speed [m/s], and what the vehicle does in words."""
 
     path: str
@@ -95,12 +95,12 @@ class MissionDrive:
 
     Parameters
     ----------
-    authority : Authority
+    authority : VehicleAuthority
     anchor : GeoAnchor
         Where the map is on the Earth.
     """
 
-    def __init__(self, authority: Authority, anchor: GeoAnchor) -> None:
+    def __init__(self, authority: VehicleAuthority, anchor: GeoAnchor) -> None:
         self.authority, self._anchor = authority, anchor
         self.phase, self._path = Phase.NONE, ""
         self._points: Points = np.empty((0, 2))
@@ -108,7 +108,7 @@ class MissionDrive:
         self._sent: Any = None
         self._sent_at, self._tries = -math.inf, 0
         self._current = 0
-        self._motion: Motion | None = None
+        self._motion: VehicleMotion | None = None
         self._stood_since: float | None = None
         self._rest, self._moved_on_at = math.inf, -math.inf
 
@@ -164,9 +164,12 @@ class MissionDrive:
     def happened(self, event: VehicleEvent, now: float) -> list[MissionStep]:
         """Take what has happened to the vehicle."""
         book = self.authority.vehicle.book
-        if isinstance(event, ModeChanged) and event.after == book.hold and self._is_near_end():
-            self.authority.let_go()
-            return [self._end(FollowPathError.NONE)]
+        if isinstance(event, ModeChanged):
+            if event.after == book.hold and self._is_near_end():
+                self.authority.let_go()
+                return [self._end(FollowPathError.NONE)]
+            if self.phase in (Phase.WAITING, Phase.UPLOADING) and event.after not in (book.hold, book.mission):
+                return [self._end(FollowPathError.UNKNOWN, switched(self.authority.vehicle, event.after))]
         return self.given(self.authority.happened(event, now))
 
     def given(self, steps: list[AuthorityStep]) -> list[MissionStep]:
@@ -177,7 +180,7 @@ class MissionDrive:
                 found.append(self._end(FollowPathError.UNKNOWN, step.reason))
         return found
 
-    def tick(self, motion: Motion | None, now: float) -> list[MissionStep]:
+    def tick(self, motion: VehicleMotion | None, now: float) -> list[MissionStep]:
         """Do what is due, ten times a second."""
         self._motion = motion or self._motion
         steps = self.given(self.authority.advance(now))
@@ -191,12 +194,12 @@ class MissionDrive:
             steps += self._watch(now)
         return steps
 
-    def progress(self) -> MissionProgress | None:
+    def progress(self) -> WaypointProgress | None:
         """Return how far the vehicle is; None without a path."""
         if not self._path:
             return None
         speed = 0.0 if self._motion is None else self._motion.forward
-        return MissionProgress(self._path, self._distance(), speed, self.phase.value)
+        return WaypointProgress(self._path, self._distance(), speed, self.phase.value)
 
     # -- parts ---------------------------------------------------------------------------------------------------------
 
@@ -216,7 +219,7 @@ class MissionDrive:
             self._tries = 0
         self._sent, self._sent_at = message, now
         self._tries += 1
-        return [Send(message)]
+        return [SendMessage(message)]
 
     def _item(self, number: int, now: float) -> list[MissionStep]:
         return self._send(self._items[number], now) if number < len(self._items) else []
@@ -230,7 +233,7 @@ class MissionDrive:
         vehicle = self.authority.vehicle
         begin = mavlink.MAVLink_mission_set_current_message(vehicle.system, vehicle.component, vehicle.book.first_item)
         steps = self.given(self.authority.take(vehicle.book.mission, now))
-        return [Send(begin), *steps, *self._next(now)]
+        return [SendMessage(begin), *steps, *self._next(now)]
 
     def _watch(self, now: float) -> list[MissionStep]:
         """End a path whose end was not reported, and one along which the vehicle does not move on."""
@@ -255,7 +258,8 @@ class MissionDrive:
         return self._motion.pose.distance_to(Pose2D(float(x), float(y))) <= NEAR
 
     def _stands(self) -> bool:
-        return self._motion is not None and math.hypot(self._motion.forward, self._motion.left) < STANDING
+        motion = self._motion
+        return motion is not None and max(map(abs, (motion.forward, motion.left, motion.turn))) < STANDING
 
     def _distance(self) -> float:
         """Return the length of the rest of the path [m]."""

@@ -1,4 +1,4 @@
-"""Where a vehicle is on the map: from north-east-down and degrees to the frames of ROS.
+"""Place of a vehicle on the map: from north-east-down and degrees to the frames of ROS.
 
 MAVLink's local frame points north, east and down, and a body's forward, right and down; ROS's point east, north and up,
 and forward, left and up (REP-103). A heading of MAVLink is clockwise from north.
@@ -19,7 +19,7 @@ SILENT = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class VehicleMotion:
     """Pose on the map, and velocity of the body: forward, left [m/s], counter-clockwise [rad/s]."""
 
     pose: Pose2D
@@ -39,7 +39,7 @@ def body_velocity(north: float, east: float, heading: float) -> tuple[float, flo
     return c * north + s * east, s * north - c * east
 
 
-class Place:
+class VehiclePlace:
     """Place of a vehicle on the map: by its GPS and the anchor of the map, or by its local frame.
 
     Parameters
@@ -80,7 +80,7 @@ class Place:
             return "the vehicle has restarted, and its local frame is elsewhere: set its pose, or give --anchor"
         return ""
 
-    def motion(self, vehicle: Vehicle) -> Motion | None:
+    def motion(self, vehicle: Vehicle) -> VehicleMotion | None:
         """Return pose and velocity of the vehicle; None if a part of them has never come."""
         position = vehicle.local if self.anchor is None else vehicle.geo
         pose = self._pose(vehicle)
@@ -88,7 +88,7 @@ class Place:
             return None
         speeds = vehicle.local or position
         forward, left = body_velocity(speeds.north_speed, speeds.east_speed, vehicle.yaw)
-        return Motion(pose, forward, left, -vehicle.yaw_rate)
+        return VehicleMotion(pose, forward, left, -vehicle.yaw_rate)
 
     def _pose(self, vehicle: Vehicle) -> Pose2D | None:
         if self.anchor is None:

@@ -11,12 +11,12 @@ from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.health.diagnostic_msgs import DiagnosticLevel, DiagnosticStatus, KeyValue
 from ppaas.polygons import Points
 from robots.bridges.core.notices import without_numbers
-from robots.bridges.mavlink.authority import Given, Send, Taken
+from robots.bridges.mavlink.authority import Given, SendMessage, Taken
 from robots.bridges.mavlink.cloud_end import CloudEnd
 from robots.bridges.mavlink.dialect import mavlink
 from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, MissionStep
 from robots.bridges.mavlink.modes import command
-from robots.bridges.mavlink.place import SILENT, Place
+from robots.bridges.mavlink.place import SILENT, VehiclePlace
 from robots.bridges.mavlink.proximity import Proximity
 from robots.bridges.mavlink.station import Station
 from robots.bridges.mavlink.vehicle import BAD, ArmedChanged, ModeChanged, Restarted, Text, Vehicle
@@ -63,7 +63,7 @@ class Rover:
     ----------
     vehicle : Vehicle
     drive : VelocityDrive or MissionDrive
-    place : Place
+    place : VehiclePlace
     station : Station
     robot : str
         Id of the robot.
@@ -75,7 +75,7 @@ class Rover:
     """
 
     def __init__(
-        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: Place, station: Station, robot: str
+        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: VehiclePlace, station: Station, robot: str
     ) -> None:
         self.vehicle, self.drive, self._place, self._station = vehicle, drive, place, station
         self.cloud: CloudEnd | None = None
@@ -209,7 +209,7 @@ class Rover:
     def _do(self, steps: Iterable[MissionStep], now: float) -> None:
         for step in steps:
             match step:
-                case Send():
+                case SendMessage():
                     self._station.send(step.message)
                 case Taken():
                     self._trouble = ""

@@ -1,13 +1,16 @@
 """This station of MAVLink: finds its vehicle among those at a port, and exchanges messages with it alone."""
 
 import logging
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 from ppaas.bounded import BoundedDict
 from ppaas.clock import monotonic
-from ppaas.errors import Conflict
+from ppaas.errors import Conflict, InvalidInput
 from robots.bridges.core.notices import Notices
 from robots.bridges.mavlink.dialect import Parser, mavlink
 from robots.bridges.mavlink.link import LINES, PeerWatch, VehicleAddress
@@ -43,6 +46,26 @@ class StationOptions:
     system: int | None = None
     station: int = 255
     key: bytes | None = None
+
+
+_HEX = re.compile(r"[0-9A-Fa-f]{64}")
+
+
+def key_of(path: Path) -> bytes:
+    """Return the key of 32 bytes in a file: its hexadecimal digits, or the SHA-256 of its passphrase.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read, or is empty.
+    """
+    try:
+        text = path.read_text().strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"cannot read the key of {path}: {error}") from error
+    if not text:
+        raise InvalidInput(f"{path} has no key: write 64 hexadecimal digits or a passphrase into it")
+    return bytes.fromhex(text) if _HEX.fullmatch(text) else sha256(text.encode()).digest()
 
 
 class Finder:
@@ -113,7 +136,8 @@ class Station:
     def choose(self, system: int) -> None:
         """Take the messages of one vehicle from now on."""
         self.system = system
-        self._peer.is_it(self._found_at.get(system))
+        if system in self._found_at:
+            self._peer.is_it(self._found_at[system])  # so that the first heartbeat of this station is sent at once
 
     def receive(self, data: bytes, address: Any) -> None:
         """Take bytes from an address."""

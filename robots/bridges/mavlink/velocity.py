@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from robots.bridges.mavlink.authority import Authority, AuthorityStep, Given, Send
+from robots.bridges.mavlink.authority import AuthorityStep, Given, SendMessage, VehicleAuthority
 from robots.bridges.mavlink.dialect import mavlink
 from robots.bridges.mavlink.modes import PX4
 from robots.bridges.mavlink.vehicle import Vehicle
@@ -11,8 +11,9 @@ from robots.bridges.mavlink.vehicle import Vehicle
 SILENCE = 0.5
 """Age at which a velocity counts no more [s], as docs/protocol.md demands of a base."""
 
-LINGER = 2.0
-"""Time for which a vehicle that is not to move gets zero before the bridge gives it back [s]."""
+LINGER = 5.0
+"""Time for which a vehicle that is not to move gets zero before the bridge gives it back [s]: longer than the breaks
+that Move Base takes from a base that does not follow."""
 
 AT_REST = 1e-3
 """Speed below which a vehicle is not to move [m/s, rad/s]."""
@@ -65,10 +66,10 @@ class VelocityDrive:
 
     Parameters
     ----------
-    authority : Authority
+    authority : VehicleAuthority
     """
 
-    def __init__(self, authority: Authority) -> None:
+    def __init__(self, authority: VehicleAuthority) -> None:
         self.authority = authority
         self._speed = self._turn = 0.0
         self._came_at = self._moved_at = -math.inf
@@ -113,7 +114,7 @@ class VelocityDrive:
         if self.authority.streams:
             moves = self.authority.drives and self._moves(now)
             velocity = (self._speed, self._turn) if moves else (0.0, 0.0)
-            steps.append(Send(setpoint(self.authority.vehicle, *velocity, boot_ms)))
+            steps.append(SendMessage(setpoint(self.authority.vehicle, *velocity, boot_ms)))
         return steps
 
     def _moves(self, now: float) -> bool:
@@ -124,7 +125,7 @@ class VelocityDrive:
         if not self.authority.streams:
             return []
         zero = setpoint(self.authority.vehicle, 0.0, 0.0, 0)
-        return [Send(zero), *self._noted(self.authority.release(now))]
+        return [SendMessage(zero), *self._noted(self.authority.release(now))]
 
     def _noted(self, steps: list[AuthorityStep]) -> list[AuthorityStep]:
         if any(isinstance(step, Given) for step in steps):

@@ -12,15 +12,17 @@ from hashlib import sha256
 from pathlib import Path
 from time import sleep
 
-from robots.sim.mavlink.body import Body
+from robots.sim.mavlink.body import RoverBody
 from robots.sim.mavlink.rover import SimulatedRover
 from robots.sim.mavlink.serving import STEP, ServedRover
 
 
 def main(words: list[str] | None = None) -> None:
     """Run until interrupted."""
-    arguments = _parser().parse_args(words)
-    start = Body(arguments.latitude, arguments.longitude, math.radians(arguments.heading), top_speed=arguments.speed)
+    arguments = arguments_of(words)
+    start = RoverBody(
+        arguments.latitude, arguments.longitude, math.radians(arguments.heading), top_speed=arguments.speed
+    )
     rover = SimulatedRover(arguments.make, start, arguments.system)
     rover.armed = arguments.armed
     key = None
@@ -47,7 +49,8 @@ def _run(served: ServedRover) -> None:
             served.pump()
 
 
-def _parser() -> argparse.ArgumentParser:
+def arguments_of(words: list[str] | None) -> argparse.Namespace:
+    """Return the arguments of a command line, by default the one of this process."""
     parser = argparse.ArgumentParser(prog="python -m robots.sim.mavlink", description=__doc__)
     parser.add_argument("--make", choices=("ardupilot", "px4"), default="ardupilot")
     parser.add_argument("--station", default="udpout:127.0.0.1:14550", help="where the station is (%(default)s)")
@@ -58,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--speed", type=float, default=1.0, help="its top speed [m/s]")
     parser.add_argument("--armed", action="store_true", help="whether it is armed from the beginning")
     parser.add_argument("--passphrase-file", type=Path, help="sign with the key of a passphrase")
-    return parser
+    return parser.parse_args(words)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ _AXIS, _SQUARED = 6_378_137.0, 6.694379990141e-3
 
 
 @dataclass(slots=True)
-class Body:
+class RoverBody:
     """Pose and speed.
 
     Attributes

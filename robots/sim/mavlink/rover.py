@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from robots.bridges.mavlink.dialect import mavlink
-from robots.sim.mavlink.body import Body
-from robots.sim.mavlink.modes import Mode, ModeTable
+from robots.sim.mavlink.body import RoverBody
+from robots.sim.mavlink.modes import ModeTable, RoverMode
 
 Make = Literal["ardupilot", "px4"]
 
@@ -39,13 +39,13 @@ class SimulatedRover:
     ----------
     make : str
         ``ardupilot`` or ``px4``.
-    body : Body
+    body : RoverBody
     system : int
 
     Attributes
     ----------
     armed : bool
-    mode : Mode
+    mode : RoverMode
     fix : int
         Type of the fix of its GPS.
     refusal : str
@@ -58,11 +58,11 @@ class SimulatedRover:
         Number of the station whose heartbeat the failsafe watches.
     """
 
-    def __init__(self, make: Make, body: Body, system: int = 1) -> None:
+    def __init__(self, make: Make, body: RoverBody, system: int = 1) -> None:
         self.make, self.body, self.system = make, body, system
         self.armed, self.fix, self.refusal, self.mute = False, 6, "", False
         self.modes = ModeTable(make)
-        self.mode: Mode = self.modes.hold
+        self.mode: RoverMode = self.modes.hold
         self.sent: list[Any] = []
         self.station = 255
         self.now = self._booted = 0.0
@@ -140,7 +140,7 @@ class SimulatedRover:
                 return int(mavlink.MAV_RESULT_UNSUPPORTED)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def _set_mode(self, mode: Mode | None) -> int:
+    def _set_mode(self, mode: RoverMode | None) -> int:
         if mode is None:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
         streams = self.now - self._target.at <= STREAM_GAP and self.now - self._stream_since >= OFFBOARD_STREAM
@@ -151,7 +151,7 @@ class SimulatedRover:
         self._enter(mode)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def _enter(self, mode: Mode) -> None:
+    def _enter(self, mode: RoverMode) -> None:
         if mode != self.mode:
             self.mode = mode
             self._due[mavlink.MAVLINK_MSG_ID_HEARTBEAT] = self.now

@@ -7,14 +7,14 @@ import numpy as np
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
-from robots.bridges.mavlink.authority import Authority
+from robots.bridges.mavlink.authority import VehicleAuthority
 from robots.bridges.mavlink.dialect import Parser, mavlink
-from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, MissionProgress
-from robots.bridges.mavlink.place import Motion, Place
+from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, WaypointProgress
+from robots.bridges.mavlink.place import VehicleMotion, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
 from robots.bridges.mavlink.vehicle import Charge, Vehicle
 from robots.bridges.mavlink.velocity import VelocityDrive
-from robots.sim.mavlink.body import Body
+from robots.sim.mavlink.body import RoverBody
 from robots.sim.mavlink.rover import Make, SimulatedRover
 
 ANCHOR = GeoAnchor(47.3977, 8.5456, math.radians(30.0))
@@ -27,7 +27,7 @@ class RecordedCloud:
     """Stands in for the cloud: keeps what the bridge publishes."""
 
     def __init__(self) -> None:
-        self.motions: list[Motion] = []
+        self.motions: list[VehicleMotion] = []
         self.problems: list[str] = []
         self.ends: list[MissionEnded] = []
         self.rests: list[float] = []
@@ -36,7 +36,7 @@ class RecordedCloud:
         self.words: list[str] = []
         self.cancelled = 0
 
-    def motion(self, motion: Motion, deviation: float) -> None:
+    def motion(self, motion: VehicleMotion, deviation: float) -> None:
         self.motions.append(motion)
         assert deviation > 0.0
 
@@ -46,7 +46,7 @@ class RecordedCloud:
     def ended(self, end: MissionEnded) -> None:
         self.ends.append(end)
 
-    def progress(self, progress: MissionProgress) -> None:
+    def progress(self, progress: WaypointProgress) -> None:
         self.rests.append(progress.distance)
 
     def scan(self, scan: Any) -> None:
@@ -91,13 +91,13 @@ class ClosedLoop:
     """
 
     def __init__(self, make: Make, *, waypoints: bool, arm: bool = True, anchor: GeoAnchor | None = ANCHOR) -> None:
-        self.sim = SimulatedRover(make, Body(ANCHOR.latitude, ANCHOR.longitude, math.radians(60.0)))
+        self.sim = SimulatedRover(make, RoverBody(ANCHOR.latitude, ANCHOR.longitude, math.radians(60.0)))
         autopilot = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA if make == "ardupilot" else mavlink.MAV_AUTOPILOT_PX4
         self.vehicle = Vehicle(1, 1, autopilot)
-        authority = Authority(self.vehicle, arm=arm)
+        authority = VehicleAuthority(self.vehicle, arm=arm)
         self.drive = MissionDrive(authority, ANCHOR) if waypoints else VelocityDrive(authority)
         self.station, self.cloud = LoopStation(self.sim), RecordedCloud()
-        self.rover = Rover(self.vehicle, self.drive, Place(anchor), self.station, "r")  # type: ignore[arg-type]
+        self.rover = Rover(self.vehicle, self.drive, VehiclePlace(anchor), self.station, "r")  # type: ignore[arg-type]
         self.rover.join(self.cloud)  # type: ignore[arg-type]
         self.now = 100.0
         self.sim.now = self.sim._booted = self.now

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ppaas.messages.nav2_motions import FollowPathError
-from robots.bridges.mavlink.authority import Authority, Send
+from robots.bridges.mavlink.authority import SendMessage, VehicleAuthority
 from robots.bridges.mavlink.dialect import mavlink
 from robots.bridges.mavlink.mission import STUCK, MissionDrive, MissionEnded, Phase, items_of
 from robots.bridges.mavlink.vehicle import Vehicle
@@ -74,6 +74,15 @@ def test_the_end_counts_although_the_report_of_it_is_lost(make: Make) -> None:
     assert loop.cloud.ends == [MissionEnded("p", FollowPathError.NONE)]
 
 
+def test_a_rover_that_has_not_yet_begun_to_drive_a_short_path_is_not_at_its_end() -> None:
+    loop = looped("ardupilot")
+    loop.sim.body.top_speed = loop.sim.body.top_turn = 0.0  # as one whose motors take their time
+    here = loop.cloud.motions[-1].pose
+    loop.follow("p", (here.x - 1.0, here.y))
+    loop.run(8.0)
+    assert not loop.cloud.ends
+
+
 @MAKES
 def test_a_rover_that_another_station_takes_ends_its_path_with_the_name_of_the_mode(make: Make) -> None:
     loop = looped(make)
@@ -86,6 +95,16 @@ def test_a_rover_that_another_station_takes_ends_its_path_with_the_name_of_the_m
     assert loop.sim.mode.name == "MANUAL"
     loop.follow("q", (9.0, 0.0))
     loop.until(lambda: loop.sim.mode == loop.sim.modes.mission, 5.0)
+
+
+def test_a_rover_that_is_taken_while_its_mission_is_uploaded_is_not_taken_back() -> None:
+    loop = looped("ardupilot")
+    loop.follow("p", (9.0, 0.0))
+    loop.sim.order("mode MANUAL")
+    loop.until(lambda: loop.cloud.ends, 2.0)
+    assert "switched to MANUAL" in loop.cloud.ends[0].reason
+    loop.run(3.0)
+    assert loop.sim.mode.name == "MANUAL"
 
 
 @MAKES
@@ -141,15 +160,15 @@ def test_a_stopped_robot_stands() -> None:
 
 def test_a_refused_mission_and_one_without_an_answer_end_the_path() -> None:
     vehicle = Vehicle(1, 1, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
-    drive = MissionDrive(Authority(vehicle, arm=True), ANCHOR)
-    assert [type(step) for step in drive.follow("p", np.array([[0.0, 0.0], [5.0, 0.0]]), 0.0)] == [Send]
+    drive = MissionDrive(VehicleAuthority(vehicle, arm=True), ANCHOR)
+    assert [type(step) for step in drive.follow("p", np.array([[0.0, 0.0], [5.0, 0.0]]), 0.0)] == [SendMessage]
     full = mavlink.MAVLink_mission_ack_message(255, 190, mavlink.MAV_MISSION_NO_SPACE)
     assert drive.take(full, 0.1) == [
         MissionEnded("p", FollowPathError.INVALID_PATH, "the vehicle refuses the mission: NO_SPACE")
     ]
     drive.follow("q", np.array([[0.0, 0.0], [5.0, 0.0]]), 1.0)
     steps = [step for tenth in range(100) for step in drive.tick(None, 1.0 + 0.1 * tenth)]
-    assert sum(isinstance(step, Send) for step in steps) == 4
+    assert sum(isinstance(step, SendMessage) for step in steps) == 4
     assert steps[-1] == MissionEnded("q", FollowPathError.UNKNOWN, "the vehicle does not answer to a mission")
     assert drive.phase is Phase.NONE
 

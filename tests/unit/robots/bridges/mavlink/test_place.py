@@ -7,7 +7,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
 from robots.bridges.mavlink.dialect import mavlink
-from robots.bridges.mavlink.place import Place, body_velocity, enu_yaw
+from robots.bridges.mavlink.place import VehiclePlace, body_velocity, enu_yaw
 from robots.bridges.mavlink.vehicle import Vehicle
 
 EAST, NORTH = 0.0, math.pi / 2.0
@@ -40,7 +40,7 @@ def test_velocities_of_the_earth_become_those_of_the_body() -> None:
 
 
 def test_the_local_frame_has_its_x_to_the_east_on_the_map() -> None:
-    here, place = vehicle(), Place(None)
+    here, place = vehicle(), VehiclePlace(None)
     assert "LOCAL_POSITION_NED" in place.why_lost(here, 0.1) or "ATTITUDE" in place.why_lost(here, 0.1)
     here.take(attitude(0.0, 0.3), 0.1)
     here.take(mavlink.MAVLink_local_position_ned_message(1000, 5.0, 2.0, -1.0, 0.7, 0.0, 0.0), 0.1)
@@ -54,7 +54,7 @@ def test_the_local_frame_has_its_x_to_the_east_on_the_map() -> None:
 
 
 def test_odometry_stands_in_for_a_local_position() -> None:
-    here, place = vehicle(), Place(None)
+    here, place = vehicle(), VehiclePlace(None)
     half = math.sqrt(0.5)
     odometry = mavlink.MAVLink_odometry_message(
         0, mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_BODY_FRD, 5.0, 2.0, 0.0, [half, 0.0, 0.0, half],
@@ -69,7 +69,7 @@ def test_odometry_stands_in_for_a_local_position() -> None:
 
 def test_gps_is_on_the_map_by_the_anchor_whose_x_axis_may_point_anywhere() -> None:
     anchor = GeoAnchor(47.0, 8.0, math.radians(90.0))  # the map's x axis points north
-    here, place = vehicle(), Place(anchor)
+    here, place = vehicle(), VehiclePlace(anchor)
     here.take(attitude(0.0), 0.1)
     assert "GLOBAL_POSITION_INT" in place.why_lost(here, 0.1)
     here.take(mavlink.MAVLink_gps_raw_int_message(0, 1, 0, 0, 0, 0, 0, 0, 0, 4), 0.1)
@@ -96,7 +96,7 @@ def test_a_position_that_is_none_does_not_count() -> None:
 
 
 def test_a_local_frame_that_began_again_is_nowhere_until_a_person_says_where() -> None:
-    here, place = vehicle(), Place(None)
+    here, place = vehicle(), VehiclePlace(None)
     assert not place.set_pose(Pose2D(1.0, 1.0), here)
     here.take(attitude(math.radians(90.0)), 0.1)
     here.take(mavlink.MAVLink_local_position_ned_message(1000, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0), 0.1)
@@ -109,4 +109,4 @@ def test_a_local_frame_that_began_again_is_nowhere_until_a_person_says_where() -
     here.take(mavlink.MAVLink_local_position_ned_message(1100, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0), 0.3)
     motion = place.motion(here)
     assert motion is not None and tuple(motion.pose) == pytest.approx((10.0, 6.0, NORTH))
-    assert not Place(GeoAnchor(47.0, 8.0)).set_pose(Pose2D(0.0, 0.0), here)
+    assert not VehiclePlace(GeoAnchor(47.0, 8.0)).set_pose(Pose2D(0.0, 0.0), here)

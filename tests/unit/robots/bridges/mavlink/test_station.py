@@ -9,8 +9,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput
 from robots.bridges.mavlink.dialect import Parser, mavlink
 from robots.bridges.mavlink.link import VehicleAddress
-from robots.bridges.mavlink.signing import key_of
-from robots.bridges.mavlink.station import SEARCH, Finder, Station, StationOptions
+from robots.bridges.mavlink.station import SEARCH, Finder, Station, StationOptions, key_of
 
 HERE, THERE = ("127.0.0.1", 1), ("127.0.0.1", 2)
 KEY, OTHER_KEY = b"k" * 32, b"o" * 32

@@ -43,7 +43,7 @@ def test_a_rover_drives_while_the_clone_wants_it_and_stands_in_its_own_mode_afte
     loop.speed = 0.0
     loop.run(SILENCE + 0.5)
     assert abs(loop.sim.body.speed) < 0.01
-    loop.until(lambda: loop.sim.mode == loop.sim.modes.hold, 5.0)
+    loop.until(lambda: loop.sim.mode == loop.sim.modes.hold, 6.0)
     loop.run(0.1)
     assert isinstance(loop.drive, VelocityDrive) and loop.drive.authority.hold is Hold.NONE
     assert not loop.cloud.cancelled
@@ -107,6 +107,17 @@ def test_a_rover_that_another_station_takes_is_left_alone_until_another_goal(mak
     loop.speed = 0.5
     loop.until(lambda: loop.sim.mode == loop.sim.modes.velocity, 5.0)
     loop.until(lambda: loop.sim.body.speed > 0.3, 5.0)
+
+
+@MAKES
+def test_a_rover_that_a_person_takes_while_the_bridge_takes_it_is_the_persons(make: Make) -> None:
+    loop = looped(make)
+    loop.speed = 0.5
+    loop.run(0.1)
+    loop.sim.order("mode MANUAL")
+    loop.until(lambda: loop.cloud.cancelled == 1, 2.0)
+    loop.run(3.0)
+    assert loop.sim.mode.name == "MANUAL"
 
 
 @MAKES
