@@ -6,10 +6,11 @@ Lines on its standard input are what a person or bad luck does: ``mode MANUAL``,
 
 import argparse
 import math
-import selectors
 import sys
+import threading
 from hashlib import sha256
 from pathlib import Path
+from queue import SimpleQueue
 from time import sleep
 
 from robots.sim.mavlink.body import RoverBody
@@ -36,17 +37,20 @@ def main(words: list[str] | None = None) -> None:
 
 
 def _run(served: ServedRover) -> None:
-    with selectors.DefaultSelector() as selector:
-        selector.register(sys.stdin, selectors.EVENT_READ)
-        while True:
-            if not selector.get_map():
-                sleep(STEP)
-            elif selector.select(STEP):
-                if line := sys.stdin.readline():
-                    served.rover.order(line)
-                else:
-                    selector.unregister(sys.stdin)
-            served.pump()
+    orders = SimpleQueue[str]()
+    threading.Thread(target=lambda: [orders.put(line) for line in sys.stdin], daemon=True).start()
+    while True:
+        sleep(STEP)
+        while not orders.empty():
+            _obey(served, orders.get())
+        served.pump()
+
+
+def _obey(served: ServedRover, order: str) -> None:
+    try:
+        served.rover.order(order)
+    except (KeyError, ValueError) as error:
+        sys.stderr.write(f"{error}\n")
 
 
 def arguments_of(words: list[str] | None) -> argparse.Namespace:
