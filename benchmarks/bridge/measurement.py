@@ -11,11 +11,13 @@ import sys
 from collections import defaultdict
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 import psutil
 from websockets.asyncio.server import ServerConnection, serve
+from websockets.http11 import Request, Response
 
 from benchmarks.bridge import master_stand_in
 from benchmarks.bridge.echo_process import BACK, DOMAIN, SCAN, TO, node
@@ -23,6 +25,7 @@ from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.process_usage import cpu_of
 from ppaas.clock import monotonic
+from ppaas.messages.base.spelling import split_json
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Qos
 from robots import cli
 from robots.bridges.core.transport import Transport
@@ -33,6 +36,13 @@ if TYPE_CHECKING:
 
 TOPICS = ["/odom", "/scan", "/tf", "/tf_static", "/goal_pose", "/initialpose"]
 """Topics that the stand-in's clone has."""
+
+
+MAX_PARTS = 16
+"""Largest number of operations in a frame."""
+
+ROBOT = {"id": "robot", "map": "map", "parameters": dict[str, Any]()}
+"""Robot that the stand-in knows, as REST has it."""
 
 
 class _Frame(msgspec.Struct):
@@ -63,14 +73,17 @@ class CloudStandIn:
         self._socket = socket
         async for text in socket:
             now = monotonic()
-            frame = self._decoder.decode(text)
-            if frame.op == "publish":
-                self.arrived[frame.topic].append(now)
-            elif frame.op == "subscribe":
-                self.subscribed.add(frame.topic)
-            elif frame.op == "call_service":
-                values = {"topics": TOPICS, "types": []}
-                await self.send(op="service_response", service=frame.service, id=frame.id, result=True, values=values)
+            for part in split_json(text, MAX_PARTS):
+                await self._take(self._decoder.decode(part), now)
+
+    async def _take(self, frame: _Frame, now: float) -> None:
+        if frame.op == "publish":
+            self.arrived[frame.topic].append(now)
+        elif frame.op == "subscribe":
+            self.subscribed.add(frame.topic)
+        elif frame.op == "call_service":
+            values = {"topics": TOPICS, "types": []}
+            await self.send(op="service_response", service=frame.service, id=frame.id, result=True, values=values)
 
     async def send(self, **frame: Any) -> None:
         """Send a frame to the bridge."""
@@ -85,11 +98,20 @@ class CloudStandIn:
         await self.send(op="publish", topic=topic, msg=message)
 
 
+def _answer(connection: ServerConnection, request: Request) -> Response | None:
+    """Answer a request of REST about a robot; leave WebSockets alone."""
+    if "Upgrade" in request.headers:
+        return None
+    answer = connection.respond(HTTPStatus.OK, msgspec.json.encode(ROBOT).decode())
+    answer.headers["Content-Type"] = "application/json"
+    return answer
+
+
 @asynccontextmanager
 async def cloud_stand_in() -> AsyncIterator[CloudStandIn]:
     """Run a stand-in on a free port of the loopback interface."""
     cloud = CloudStandIn()
-    async with serve(cloud.handle, "127.0.0.1", 0, compression=None, max_size=None) as server:
+    async with serve(cloud.handle, "127.0.0.1", 0, compression=None, max_size=None, process_request=_answer) as server:
         cloud.url = f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}"
         yield cloud
 

@@ -203,11 +203,12 @@ class BoardsBench:
 
 
 class BridgeBench:
-    """``ppaas bench bridge``: latency, CPU time and memory of the bridges of robots with ROS."""
+    """``ppaas bench bridge``: latency, CPU time and memory of the bridges of robots with ROS, and of rovers."""
 
-    HELP = "latency, CPU time and memory of ppaas bridge ros2 and ros1, beside messages that pass without them"
+    HELP = "latency, CPU time and memory of ppaas bridge ros2, ros1 and mavlink, beside messages that pass without them"
 
-    TRANSPORTS = ("zenoh", "dds", "ros1")
+    MAVLINK = "mavlink"
+    TRANSPORTS = ("zenoh", "dds", "ros1", MAVLINK)
 
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:
@@ -223,11 +224,15 @@ class BridgeBench:
     @staticmethod
     def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         """Return all figures."""
-        from benchmarks.bridge import measurement  # noqa: PLC0415
+        from benchmarks.bridge import measurement, rovers  # noqa: PLC0415
         from benchmarks.harness.figures import measured  # noqa: PLC0415
 
-        transports = arguments.transport or BridgeBench.TRANSPORTS
-        return measured(event_loop.run(measurement.measure(progress, transports, quick=arguments.quick)))
+        transports = list(arguments.transport or BridgeBench.TRANSPORTS)
+        of_ros = [name for name in transports if name != BridgeBench.MAVLINK]
+        figures = event_loop.run(measurement.measure(progress, of_ros, quick=arguments.quick)) if of_ros else []
+        if BridgeBench.MAVLINK in transports:
+            figures += event_loop.run(rovers.measure_rover(quick=arguments.quick))
+        return measured(figures)
 
 
 class Vda5050Bench:

@@ -10,36 +10,18 @@ from ppaas.clock import epoch
 from ppaas.diagnosis.rules.link import AGV
 from ppaas.geometry import Pose2D
 from ppaas.messages import Message, decode, encode
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
+from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.base.std_msgs import Header, String, Time
-from ppaas.messages.geometry_msgs import (
-    Pose,
-    PoseStamped,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    Twist,
-    TwistWithCovariance,
-    Vector3,
-)
+from ppaas.messages.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist, Vector3
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticLevel, DiagnosticStatus, KeyValue
 from ppaas.messages.health.stops import StopState
-from ppaas.messages.nav2_motions import (
-    FollowPathActionFeedback,
-    FollowPathActionGoal,
-    FollowPathActionResult,
-    FollowPathError,
-    FollowPathFeedback,
-    FollowPathResult,
-)
-from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
-from ppaas.transforms.planar import transform_message
+from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.master.instructions import STOPPING, PathEnded, Progress, in_words, standing
 from ppaas.wire.vda5050.master.master_control import AgvPath
 from ppaas.wire.vda5050.master.route import route_of
 from ppaas.wire.vda5050.states import State
+from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
 
 logger = logging.getLogger(__name__)
@@ -122,19 +104,21 @@ class CloudSide:
         """Publish where the AGV is, in one frame."""
         stamp = _now()
         messages: tuple[tuple[str, Message], ...] = (
-            ("odom", odometry(pose, velocity, stamp)),
-            ("tf", map_to_odom(stamp)),
-            ("amcl_pose", amcl_pose(pose, deviation, stamp)),
+            ("odom", own_pose.odometry(pose, twist_of(velocity), stamp)),
+            ("tf", own_pose.map_to_odom(stamp)),
+            ("amcl_pose", own_pose.amcl_pose(pose, DEVIATION if deviation is None else deviation, stamp)),
         )
         self.link.publish_together("pose", ((topic, encode(message)) for topic, message in messages))
 
     def progress(self, progress: Progress) -> None:
         """Publish progress along a path."""
-        self.link.publish_newest("follow_path/feedback", encode(feedback(progress, _now())))
+        message = own_pose.feedback(progress.path, progress.text, progress.distance, progress.speed, _now())
+        self.link.publish_newest("follow_path/feedback", encode(message))
 
     def ended(self, end: PathEnded) -> None:
         """Publish the end of a path, which must arrive."""
-        task = asyncio.create_task(self.link.publish("follow_path/result", encode(result(end, _now()))), name="result")
+        message = own_pose.result(end.path, end.code, end.reason, _now())
+        task = asyncio.create_task(self.link.publish("follow_path/result", encode(message)), name="result")
         self._sending.add(task)
         task.add_done_callback(self._sent)
 
@@ -166,40 +150,10 @@ DEVIATION = 0.05
 """Standard deviation of the position of an AGV that reports none [m]."""
 
 
-def odometry(pose: Pose2D, velocity: Velocity | None, stamp: Time) -> Odometry:
-    """Return the odometry of an AGV that localizes itself: its frame is the map's."""
+def twist_of(velocity: Velocity | None) -> Twist:
+    """Return the velocity of an AGV; zero if it reports none."""
     vx, vy, omega = (0.0, 0.0, 0.0) if velocity is None else (velocity.vx, velocity.vy, velocity.omega)
-    twist = Twist(Vector3(x=vx or 0.0, y=vy or 0.0), Vector3(z=omega or 0.0))
-    return Odometry(
-        Header(stamp=stamp, frame_id=ODOM), BASE_LINK, PoseWithCovariance(Pose.of(pose)), TwistWithCovariance(twist)
-    )
-
-
-def map_to_odom(stamp: Time) -> TFMessage:
-    """Return the transform from the map to the odometry, which is the identity."""
-    return TFMessage([transform_message(MAP, ODOM, Pose2D(0.0, 0.0), stamp)])
-
-
-def amcl_pose(pose: Pose2D, deviation: float | None, stamp: Time) -> PoseWithCovarianceStamped:
-    """Return the pose with its deviation [m]."""
-    variance = (DEVIATION if deviation is None else deviation) ** 2
-    covariance = [0.0] * 36
-    covariance[0] = covariance[7] = covariance[35] = variance
-    header = Header(stamp=stamp, frame_id=MAP)
-    return PoseWithCovarianceStamped(header, PoseWithCovariance(Pose.of(pose), covariance))
-
-
-def feedback(progress: Progress, stamp: Time) -> FollowPathActionFeedback:
-    """Return the feedback of FollowPath."""
-    status = GoalStatus(GoalID(id=progress.path), int(Status.ACTIVE), progress.text)
-    return FollowPathActionFeedback(Header(stamp=stamp), status, FollowPathFeedback(progress.distance, progress.speed))
-
-
-def result(end: PathEnded, stamp: Time) -> FollowPathActionResult:
-    """Return the result of FollowPath."""
-    status = Status.SUCCEEDED if end.code is FollowPathError.NONE else Status.ABORTED
-    goal = GoalStatus(GoalID(id=end.path), int(status), end.reason)
-    return FollowPathActionResult(Header(stamp=stamp), goal, FollowPathResult(int(end.code), end.reason))
+    return Twist(Vector3(x=vx or 0.0, y=vy or 0.0), Vector3(z=omega or 0.0))
 
 
 def diagnostics(

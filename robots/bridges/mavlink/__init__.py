@@ -1,0 +1,1 @@
+"""Bridge of rovers that speak MAVLink: ArduPilot and PX4."""

@@ -1,0 +1,1 @@
+"""A simulated rover that speaks MAVLink 2, as ArduPilot's and PX4's do."""
