@@ -6,7 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
-import numpy as np
 from msgspec.structs import replace
 
 from engine.container.current_map import CurrentMap
@@ -18,11 +17,8 @@ from engine.specs.layer_files import write_layers
 from ppaas.clock import monotonic
 from ppaas.clone.file_faults import all_faults
 from ppaas.controllers.registry import CONTROLLERS
-from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import empty_layers
 from ppaas.errors import NotFound, PPaaSError, RobotFault, Unavailable
-from ppaas.geometry import Pose2D
-from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.nodes.graph import Graph
 from ppaas.planners.registry import PLANNERS
 from ppaas.plans.reuse.time_estimates import Times
@@ -36,9 +32,6 @@ T = TypeVar("T")
 
 SEARCH = 5.0
 """Time for the search for further faults of a file [s]."""
-
-_EDGE = 64
-"""Edge of the empty map [cells]."""
 
 _MAP = MapVersion("map", "1")
 
@@ -70,11 +63,7 @@ class CloneCheck:
 
 def write_empty_map(folder: Path, resolution: float) -> None:
     """Write the layers of a map without obstacles, whose cells have an edge of ``resolution`` [m]."""
-    info = GridInfo(resolution, _EDGE, _EDGE, Pose2D(0.0, 0.0))
-    free = GridMap(np.zeros(info.shape, np.int8), info)
-    far = np.full(info.shape, _EDGE * resolution, np.float32)
-    costs = Costmap(np.zeros(info.shape, np.uint8), info)
-    write_layers(folder, MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free), 0.0)
+    write_layers(folder, empty_layers(resolution), 0.0)
 
 
 def _refusal_of(robot: RobotConfig, layers: Path) -> str | None:

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.causes import Causes
 from ppaas.costmap.costmap import Costmap
-from ppaas.maps.grid import GridMap
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.zones.zone import NO_ZONES, ZoneSet
 
 
@@ -59,3 +60,16 @@ def with_causes(layers: MapLayers) -> MapLayers:
 def unchanged(layers: MapLayers) -> MapLayers:
     """Return layers as they are."""
     return layers
+
+
+_EMPTY_EDGE = 64
+"""Edge of an empty map [cells]."""
+
+
+def empty_layers(resolution: float) -> MapLayers:
+    """Return the layers of a map without obstacles, whose cells have an edge of ``resolution`` [m]."""
+    info = GridInfo(resolution, _EMPTY_EDGE, _EMPTY_EDGE, Pose2D(0.0, 0.0))
+    free = GridMap(np.zeros(info.shape, np.int8), info)
+    far = np.full(info.shape, _EMPTY_EDGE * resolution, np.float32)
+    costs = Costmap(np.zeros(info.shape, np.uint8), info)
+    return MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free)
