@@ -11,6 +11,9 @@ from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, put
 from ppaas.imports.report import ImportReport
 
+ELSEWHERE = ("the outline in both costmaps", "track_unknown_space of both costmaps")
+"""In place of the places of parameters that another part of a set-up has."""
+
 COSTMAPS = ("local_costmap", "global_costmap")
 """Nodes that are in a namespace of their name."""
 
@@ -68,7 +71,9 @@ class SetupDraft:
             part, rule = f"{name}.{parameter}", rules[parameter]
             if value is None:
                 continue
-            if parameter in tuned and not self.robot.is_given(name, parameter):
+            if rule.to in ELSEWHERE:
+                self.report.translated(part, rule.to)
+            elif parameter in tuned and not self.robot.is_given(name, parameter):
                 self.report.without_effect(part, why)
             elif rule.to and self._is_absent(rule.to):
                 self.report.without_effect(part, f"Nav2 of {self.release.value} has no {rule.to.partition('.')[2]}")

@@ -3,19 +3,21 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ppaas.exports.ros2.draft import SetupDraft, renamed, same, without_effect
+from ppaas.exports.ros2.draft import ELSEWHERE, SetupDraft, renamed, same, without_effect
 from ppaas.exports.ros2.releases import Release
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
 
 SERVER, CONTROLLER = "controller_server", "controller_server.FollowPath"
 CHECKER, PROGRESS = f"{SERVER}.general_goal_checker", f"{SERVER}.progress_checker"
 
-_OF_COSTMAPS = "the costmaps have the robot's outline, and unknown space"
+_OUTLINE, _UNKNOWN = map(ParameterRule, ELSEWHERE)
 
 _COMMON: ParameterRules = {
     **same(CHECKER, "xy_goal_tolerance", "yaw_goal_tolerance"),
     **renamed(CHECKER, trans_stopped_vel="trans_stopped_velocity", rot_stopped_vel="rot_stopped_velocity"),
-    **without_effect(_OF_COSTMAPS, "robot_radius", "footprint", "allow_unknown"),
+    "robot_radius": _OUTLINE,
+    "footprint": _OUTLINE,
+    "allow_unknown": _UNKNOWN,
     **without_effect("Nav2 has no angle above which a near goal is not approached any more", "rotate_threshold"),
 }
 """What becomes of the parameters that all local planners have."""
@@ -31,7 +33,10 @@ DWB_RULES: ParameterRules = {
     ),
     "path_distance_bias": ParameterRule(f"{CONTROLLER}.PathDist.scale", "the critics of DWB weigh other distances"),
     "goal_distance_bias": ParameterRule(f"{CONTROLLER}.GoalDist.scale", "the critics of DWB weigh other distances"),
-    "occdist_scale": ParameterRule(f"{CONTROLLER}.BaseObstacle.scale", "DWB sums the costs along a trajectory"),
+    "occdist_scale": ParameterRule(
+        f"{CONTROLLER}.BaseObstacle.scale", "half, since two critics of DWB have each of the other weights",
+        lambda scale: 0.5 * float(scale),
+    ),
     "forward_point_distance": ParameterRule(f"{CONTROLLER}.PathAlign.forward_point_distance"),
     **without_effect("DWB does not slow down near obstacles", "cost_slowdown"),
 }  # fmt: skip
@@ -192,7 +197,7 @@ LATTICE_RULES: ParameterRules = {
         "analytic_expansion_ratio", "analytic_expansion_max_length", "reverse_penalty", "non_straight_penalty",
         "change_penalty", "cost_penalty", "retrospective_penalty", "smooth_path",
     ),
-    **without_effect(_OF_COSTMAPS, "footprint"),
+    "footprint": _OUTLINE,
 }  # fmt: skip
 """What becomes of the parameters of ``lattice``."""
 
