@@ -73,7 +73,7 @@ def build_clone(
     only: Collection[str] | None = None,
     posegraph: Callable[[str], bytes | memoryview] | None = None,
     robot: str = "robot",
-) -> None:
+) -> dict[str, dict[str, Any]]:
     """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
 
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
@@ -114,6 +114,11 @@ def build_clone(
     robot : str
         Robot ID, for the frames of the people that it sees.
 
+    Returns
+    -------
+    dict of dict
+        All parameters in use, with their defaults, by the names of nodes and plug-ins.
+
     Raises
     ------
     NotFound
@@ -128,10 +133,8 @@ def build_clone(
     driving = _driving(given, base_global_planner, base_local_planner)
     located = _located(given, layers, initial_pose, threads, posegraph)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    move_base = _move_base(
-        given, driving, body, located, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None,
-        robot=robot,
-    )  # fmt: skip
+    base_maker = partial(_move_base, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None)
+    move_base = base_maker(given, driving, body, located, robot=robot)
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
     given.refuse_rest()
@@ -146,6 +149,7 @@ def build_clone(
     }
     for name in makers if only is None else only:
         graph.add(makers[name])
+    return given.in_use
 
 
 def _located(

@@ -1,12 +1,13 @@
-"""Score of a trajectory by relations: relative poses of the robot that are known to be true.
+"""Score of a trajectory by relations, relative poses of the robot that are known to be true, or by a true trajectory.
 
 R. Kümmerle, B. Steder, C. Dornhege, M. Ruhnke, G. Grisetti, C. Stachniss and A. Kleiner: On measuring the accuracy of
 SLAM algorithms, Autonomous Robots 27 (2009). The error of a relation is the difference of the relative pose of the
 trajectory from the true one, in the frame of the first pose; no global frame is needed.
+
+A true trajectory may be in another frame: both are aligned first, by the motion with the least squared distances of
+their positions (S. Umeyama, PAMI 13, 1991, without a scale).
 """
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,10 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.planar_poses import relative
+from ppaas.mapping.trajectories import PlanarTrajectory, number_rows
+from ppaas.planar_poses import compose, differences, relative
 
 NEAR = 0.3
 """Largest difference between the stamps of a relation and a pose [s]; files of relations have few digits."""
+
+AT_ONCE = 0.02
+"""Largest difference between the stamps of a pose and of a true pose [s]."""
 
 COLUMNS = 8
 """Numbers of a line: two stamps, x, y, z, roll, pitch, yaw."""
@@ -49,22 +54,26 @@ class Score:
     rotations : (m,) float64 array
         Rotational error [rad].
     unmatched : int
-        Number of relations without a pose near one of their stamps.
+        Number of relations without a pose near one of their stamps, or of true poses without one.
+    of : str
+        What is compared: ``relations``, or ``poses``.
     """
 
     translations: NDArray[np.float64]
     rotations: NDArray[np.float64]
     unmatched: int = 0
+    of: str = "relations"
 
     def summary(self) -> dict[str, float | int]:
         """Return the mean, standard deviation and maximum of the errors in m and degrees, and the number of each."""
         degrees = np.degrees(self.rotations)
         return {
-            "relations": len(self.translations),
+            self.of: len(self.translations),
             "unmatched": self.unmatched,
             "mean_m": round(float(self.translations.mean()), 5),
             "std_m": round(float(self.translations.std()), 5),
             "max_m": round(float(self.translations.max()), 4),
+            "rmse_m": round(float(np.sqrt((self.translations**2).mean())), 5),
             "mean_deg": round(float(degrees.mean()), 4),
             "std_deg": round(float(degrees.std()), 4),
             "max_deg": round(float(degrees.max()), 3),
@@ -79,32 +88,8 @@ def parse_relations(text: str) -> Relations:
     InvalidInput
         A line does not have eight finite numbers, or there is no relation.
     """
-    rows = list(_rows(text, COLUMNS, "t1 t2 x y z roll pitch yaw"))
-    if not rows:
-        raise InvalidInput("the file has no relations: each line is 't1 t2 x y z roll pitch yaw'")
-    table = np.array(rows, np.float64)
+    table = number_rows(text, {COLUMNS: "t1 t2 x y z roll pitch yaw"})
     return Relations(table[:, :2].copy(), table[:, [2, 3, 7]].copy())
-
-
-def parse_trajectory(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Parse lines ``timestamp x y theta`` and return the (n,) stamps [s] and the (n, 3) poses [m, rad].
-
-    Raises
-    ------
-    InvalidInput
-        A line does not have four finite numbers, or there is no pose.
-    """
-    rows = list(_rows(text, 4, "timestamp x y theta"))
-    if not rows:
-        raise InvalidInput("the file has no poses: each line is 'timestamp x y theta'")
-    table = np.array(rows, np.float64)
-    return table[:, 0].copy(), table[:, 1:].copy()
-
-
-def format_trajectory(stamps: NDArray[np.float64], poses: NDArray[np.float64]) -> str:
-    """Return lines ``timestamp x y theta`` of (n,) stamps [s] and (n, 3) poses [m, rad], with six decimals."""
-    rows = np.column_stack((stamps, poses)).tolist()
-    return "".join("{:.6f} {:.6f} {:.6f} {:.6f}\n".format(*row) for row in rows)
 
 
 def score(relations: Relations, stamps: NDArray[np.float64], poses: NDArray[np.float64]) -> Score:
@@ -138,18 +123,55 @@ def score(relations: Relations, stamps: NDArray[np.float64], poses: NDArray[np.f
     return Score(translations, np.abs(error[:, 2]), int((~matched).sum()))
 
 
-def _rows(text: str, columns: int, names: str) -> Iterator[list[float]]:
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.split()
-        if not words or words[0].startswith("#"):
-            continue
-        try:
-            row = [float(word) for word in words]
-        except ValueError:
-            row = []
-        if len(row) != columns or not all(map(math.isfinite, row)):
-            raise InvalidInput(f"line {number} is not '{names}': {columns} finite numbers")
-        yield row
+def score_by_truth(truth: PlanarTrajectory, found: PlanarTrajectory) -> Score:
+    """Return the errors of a trajectory, after it is aligned with the true one.
+
+    Poses are compared by their stamps, or in their order where neither trajectory has stamps.
+
+    Parameters
+    ----------
+    truth, found : PlanarTrajectory
+
+    Raises
+    ------
+    InvalidInput
+        Fewer than two poses have a true pose at their time; or one of the trajectories has no stamps, or another number
+        of poses.
+    """
+    pairs = _pairs(truth, found)
+    if len(pairs) < 2:
+        raise InvalidInput(
+            f"{len(pairs)} poses have a true pose within {AT_ONCE} s of their stamps: are both of the same drive, and "
+            "of one clock?"
+        )
+    true, poses = truth.poses[pairs[:, 0]], found.poses[pairs[:, 1]]
+    errors = differences(compose(_motion_to(true, poses), poses), true)
+    return Score(np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2]), len(truth.poses) - len(pairs), "poses")
+
+
+def _pairs(truth: PlanarTrajectory, found: PlanarTrajectory) -> NDArray[np.int64]:
+    """Return the indices of true poses and of the poses at their times."""
+    if truth.stamps is None and found.stamps is None and len(truth.poses) == len(found.poses):
+        return np.repeat(np.arange(len(truth.poses))[:, np.newaxis], 2, axis=1)
+    if truth.stamps is None or found.stamps is None:
+        raise InvalidInput(
+            f"a trajectory of KITTI has no stamps: it is compared with another one of KITTI, pose by pose, and the two "
+            f"have {len(truth.poses)} and {len(found.poses)} poses"
+        )
+    nearest, gap = _nearest(found.stamps, truth.stamps)
+    matched = np.flatnonzero(gap <= AT_ONCE)
+    _, once = np.unique(nearest[matched], return_index=True)
+    return np.column_stack((matched[once], nearest[matched[once]]))
+
+
+def _motion_to(true: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the motion, x, y, theta, that brings positions nearest to true ones."""
+    middle, true_middle = poses[:, :2].mean(axis=0), true[:, :2].mean(axis=0)
+    a, b = poses[:, :2] - middle, true[:, :2] - true_middle
+    turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+    c, s = np.cos(turn), np.sin(turn)
+    x, y = true_middle - (c * middle[0] - s * middle[1], s * middle[0] + c * middle[1])
+    return np.array((x, y, turn))
 
 
 def _nearest(stamps: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -27,4 +27,4 @@ def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recordin
         return read_bag(path, frames or RecordedFrames())
     from robots.recordings.text_logs import read_log  # noqa: PLC0415
 
-    return read_log(path)
+    return read_log(path, None if frames is None else frames.scan_topic)

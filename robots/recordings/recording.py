@@ -5,6 +5,12 @@ from dataclasses import dataclass
 from ppaas.geometry import Pose2D
 from ppaas.messages.sensor_msgs import LaserScan
 
+NO_ODOMETRY = (
+    "there is no odometry: the robot's motion is found by the scans alone, up to 0.25 m and 0.25 rad from one to the "
+    "next, and not along bare corridors"
+)
+"""Note on a recording whose scans are all that is known of the motion."""
+
 
 @dataclass(frozen=True, slots=True)
 class RecordedFrames:
@@ -13,7 +19,8 @@ class RecordedFrames:
     Parameters
     ----------
     scan_topic : str, optional
-        Topic of the scans to use; all scans by default.
+        Topic of the scans to use, or in a log of CARMEN the name of their messages; all scans of a bag, and those of
+        the front laser of a log, by default.
     odom, base : str, optional
         Frames of the odometry and of the robot.
     map : str, optional

@@ -18,7 +18,7 @@ from robots.recordings.bag import messages as in_words
 from robots.recordings.bag_frames import BagFrames
 from robots.recordings.bag_objects import BagObjects, full_type
 from robots.recordings.bag_times import BagMessage, of_one_clock, with_recorded_times, with_stamps
-from robots.recordings.recording import Look, RecordedFrames, Recording
+from robots.recordings.recording import NO_ODOMETRY, Look, RecordedFrames, Recording
 
 SCAN, ECHOES, ODOMETRY = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan", "nav_msgs/msg/Odometry"
 
@@ -28,12 +28,6 @@ TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 SCANS = (SCAN, ECHOES)
 USED = (*SCANS, ODOMETRY, *TRANSFORMS)
 """Types of the messages that are used."""
-
-NO_ODOMETRY = (
-    "there is no odometry: the robot's motion is found by the scans alone, up to 0.25 m and 0.25 rad from one to the "
-    "next, and not along bare corridors"
-)
-
 
 FEW = 0.02
 """Share of scans before the first or after the last odometry up to which they are not worth a note."""

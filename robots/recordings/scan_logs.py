@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.scan_log import LoggedScan, ScanLog, joined
+from robots.recordings.carmen import LogScan
 from robots.recordings.reader import is_bag
 from robots.recordings.recording import Look, RecordedFrames
-from robots.recordings.text_logs import LogLines, LogScan, read_lines
+from robots.recordings.text_logs import LogLines, read_lines
 
 LogFormat = Literal["carmen", "flirt", "bag"]
 FORMATS: tuple[LogFormat, ...] = get_args(LogFormat)
@@ -36,14 +37,14 @@ def read_scan_log(
     form : {"carmen", "flirt", "bag"}, optional
         Format; by default from the name of the file and its lines.
     frames : RecordedFrames, optional
-        Topic and frames to read from a bag.
+        Topic and frames to read from a bag; the topic may name messages of a log of CARMEN.
     note : callable, optional
         Called with what was left out, or is missing.
 
     Raises
     ------
     InvalidInput
-        The file cannot be read, or has no scans; or a log of text has no odometry.
+        The file cannot be read, or has no scans.
     """
     if form == "bag" or (form is None and is_bag(path)):
         from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
@@ -53,9 +54,10 @@ def read_scan_log(
             for text in recording.notes:
                 note(text)
         return _of_looks(recording.looks)
-    lines = read_lines(path)
-    if lines.cut and note is not None:
-        note(f"{path} is cut off, and was read up to the cut")
+    lines = read_lines(path, None if frames is None else frames.scan_topic)
+    if note is not None:
+        for text in lines.notes(path):
+            note(text)
     if form == "flirt" and not lines.edges:
         raise InvalidInput(f"{path} is not a pose graph: no line begins with EDGE2; give --format carmen")
     if form == "carmen":

@@ -1,4 +1,4 @@
-"""Pose graphs as text in the format of g2o (Kümmerle et al., ICRA 2011): VERTEX_SE2, EDGE_SE2, FIX.
+"""Pose graphs as text in the formats of g2o (Kümmerle et al., ICRA 2011) and TORO (Grisetti et al., 2007).
 
 g2o measures errors in the frame of the measured pose, so that the information of a file is in the frame of an edge's
 second node; in `PoseGraph` it is in the frame of the first.
@@ -24,11 +24,17 @@ Number = TypeVar("Number", int, float)
 
 VERTEX, EDGE, FIX = "VERTEX_SE2", "EDGE_SE2", "FIX"
 
-_TORO = {"VERTEX2": VERTEX, "EDGE2": EDGE}
-"""Tags of TORO, and g2o's tags for the same elements."""
+_TORO = {"VERTEX2": VERTEX, "EDGE2": EDGE, "VERTEX": VERTEX, "EDGE": EDGE}
+"""Tags of TORO, the latest and the first, and g2o's tags for the same elements."""
+
+_TAGS = {VERTEX: "VERTEX2", EDGE: "EDGE2"}
+"""Tags of g2o, and those that TORO writes."""
 
 _OF_TORO = (0, 1, 2, 3, 4, 7, 5, 8, 6)
 """Numbers of an edge of TORO in the order of g2o."""
+
+_TO_TORO = (0, 1, 2, 3, 4, 6, 8, 5, 7)
+"""Numbers of an edge of g2o in the order of TORO."""
 
 TORO_ORDER = "xx xy yy θθ xθ yθ"
 """Order of the information of an edge of TORO; g2o's is xx xy xθ yy yθ θθ."""
@@ -184,9 +190,12 @@ class GraphFile:
     left_out: dict[str, OmittedLines]
     edges: Sequence[Sequence[float]]
 
-    def lines(self) -> Iterator[str]:
-        """Yield the lines of the graph with the ids, the order, the edges and the fixed vertices of the file."""
-        return _lines(self.graph, self.ids, self.order, self.fixed, self.edges)
+    def lines(self, *, of_toro: bool = False) -> Iterator[str]:
+        """Yield the lines of the graph with the ids, the order, the edges and the fixed vertices of the file.
+
+        TORO has no fixed vertices.
+        """
+        return _lines(self.graph, self.ids, self.order, () if of_toro else self.fixed, self.edges, of_toro=of_toro)
 
 
 def parse_g2o(lines: Iterable[str]) -> GraphFile:
@@ -226,12 +235,12 @@ def _without_vertices(elements: Elements) -> str:
     return f"the graph has no {VERTEX}.{has}"
 
 
-def format_g2o(graph: PoseGraph) -> Iterator[str]:
-    """Yield the lines of a graph, each with its newline; node 0 is fixed."""
+def format_graph(graph: PoseGraph, *, of_toro: bool = False) -> Iterator[str]:
+    """Yield the lines of a graph of g2o or TORO, each with its newline; in g2o node 0 is fixed."""
     nodes, edges = range(graph.node_count), graph.edges
     information = upper_triangle(rotated(edges.information, -edges.measurements[:, 2]))
     numbers = np.concatenate((edges.measurements, information), axis=1).tolist()
-    return _lines(graph, nodes, nodes, nodes[:1], numbers)
+    return _lines(graph, nodes, nodes, () if of_toro else nodes[:1], numbers, of_toro=of_toro)
 
 
 def _lines(
@@ -240,12 +249,16 @@ def _lines(
     order: Sequence[int],
     fixed: Sequence[int],
     numbers: Sequence[Sequence[float]],
+    *,
+    of_toro: bool,
 ) -> Iterator[str]:
     poses, edges = graph.poses.tolist(), graph.edges
+    vertex, edge = (_TAGS[VERTEX], _TAGS[EDGE]) if of_toro else (VERTEX, EDGE)
     for node in order:
-        yield f"{VERTEX} {ids[node]} {_joined(poses[node])}\n"
+        yield f"{vertex} {ids[node]} {_joined(poses[node])}\n"
     for first, second, row in zip(edges.first.tolist(), edges.second.tolist(), numbers, strict=True):
-        yield f"{EDGE} {ids[first]} {ids[second]} {_joined(row)}\n"
+        ordered = [row[place] for place in _TO_TORO] if of_toro else row
+        yield f"{edge} {ids[first]} {ids[second]} {_joined(ordered)}\n"
     # The order has no meaning, but gtsam 4.3 reads no edge after such a line.
     for node in fixed:
         yield f"{FIX} {ids[node]}\n"

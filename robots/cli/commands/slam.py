@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ppaas.mapping.parameters import SlamParameters
     from ppaas.mapping.pipeline.offline import LogMap
     from ppaas.mapping.scan_log import ScanLog
+    from ppaas.mapping.trajectories import PlanarTrajectory
 
 NAME = "slam"
 HELP = "make a map of a log or a bag with laser scans and odometry, or score a trajectory"
@@ -22,15 +23,18 @@ HELP = "make a map of a log or a bag with laser scans and odometry, or score a t
 FORMATS = ("carmen", "flirt", "bag")
 """Formats of recordings; as in `robots.recordings.scan_logs`, which ``ppaas --help`` must not load."""
 
-GRAPH, POSEGRAPH = ".g2o", ".posegraph"
-"""Endings of pose graphs, without and with scans."""
+GRAPHS, POSEGRAPH = (".g2o", ".graph", ".toro"), ".posegraph"
+"""Endings of pose graphs without scans, of g2o and of TORO, and of those with scans."""
+
+TRAJECTORIES = ("planar", "tum", "kitti")
+"""Formats of trajectories; as in `ppaas.mapping.trajectories`, which ``ppaas --help`` must not load."""
 
 METHODS = ("none", "scaling", "graduated")
 """Methods of `ppaas.mapping.graph.solver.Robust`, which ``ppaas --help`` must not load."""
 
 COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
 SOLVED = ("nodes", "edges", "fixed", "chi2", "distrusted_edges", "method", "iterations", "seconds")
-SCORES = ("mean_m", "std_m", "max_m", "mean_deg", "std_deg", "max_deg", "relations", "unmatched")
+SCORES = ("mean_m", "std_m", "max_m", "rmse_m", "mean_deg", "std_deg", "max_deg", "relations", "poses", "unmatched")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -47,9 +51,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="log of CARMEN or bag of ROS, also compressed, a folder of a bag, or a pose graph to solve (.g2o)",
     )
     parser.add_argument("--format", choices=FORMATS, help="format of LOG (that of its name and lines)")
+    parser.add_argument(
+        "--parameter", action="append", metavar="NAME=VALUE", help="parameter of mapping, as max_laser_range=20"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    _configure_outputs(parser)
+    _configure_inputs(parser)
+
+
+def _configure_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map", type=Path, metavar="OUT.yaml", help="write the map, with its image beside it")
     parser.add_argument(
         "--trajectory", type=Path, metavar="OUT.txt", help="write a line 'timestamp x y theta' for every scan"
+    )
+    parser.add_argument(
+        "--trajectory-format",
+        choices=TRAJECTORIES,
+        help="format of --trajectory (by its ending .tum or .kitti, else planar: 'timestamp x y theta')",
     )
     parser.add_argument(
         "--posegraph",
@@ -57,16 +75,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="OUT.posegraph",
         help="write the key frames with their pose graph",
     )
-    parser.add_argument("--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames")
+    parser.add_argument(
+        "--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames; TORO's as OUT.graph"
+    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
     parser.add_argument(
-        "--score", type=Path, metavar="RELATIONS", help="print errors: lines 't1 t2 x y z roll pitch yaw' are true"
+        "--score",
+        type=Path,
+        metavar="RELATIONS",
+        help="print errors: lines 't1 t2 x y z roll pitch yaw' are true, or a trajectory, also of TUM or KITTI",
     )
-    parser.add_argument(
-        "--parameter", action="append", metavar="NAME=VALUE", help="parameter of mapping, as max_laser_range=20"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    _configure_inputs(parser)
 
 
 def _configure_inputs(parser: argparse.ArgumentParser) -> None:
@@ -104,19 +122,25 @@ def _make(arguments: argparse.Namespace) -> None:
     if arguments.format is None and is_graph(arguments.log):
         show(_solve(arguments), SOLVED, as_json=arguments.json)
     else:
-        columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)
-        show(_map(arguments), columns, as_json=arguments.json)
+        answer = _map(arguments)
+        show(answer, (*COLUMNS, *_scores(answer)), as_json=arguments.json)
+
+
+def _scores(answer: dict[str, Any]) -> tuple[str, ...]:
+    return tuple(name for name in SCORES if name in answer)
 
 
 def _score_file(arguments: argparse.Namespace) -> None:
-    from ppaas.mapping.relations import parse_trajectory  # noqa: PLC0415 - here and below: ``ppaas --help`` loads this
+    from ppaas.mapping.trajectories import parse_trajectory  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     if arguments.score is None or arguments.trajectory is None:
         raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
     if (arguments.map, arguments.plot, arguments.graph, arguments.posegraph) != (None, None, None, None):
         raise InvalidInput("--map, --plot, --graph and --posegraph need a LOG")
-    answer = _scored(arguments.score, *parse_trajectory(_text(arguments.trajectory)))
-    show(answer, SCORES, as_json=arguments.json)
+    if arguments.trajectory_format is not None:
+        raise InvalidInput("--trajectory-format is of a trajectory that is written: give a LOG")
+    answer = _scored(arguments.score, parse_trajectory(_text(arguments.trajectory)))
+    show(answer, _scores(answer), as_json=arguments.json)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -127,8 +151,11 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         check_picture(arguments.plot)
     if arguments.map is not None and arguments.map.suffix not in (".yaml", ".yml"):
         raise InvalidInput(f"a map is a YAML file; use {arguments.map.stem or 'map'}.yaml, not {str(arguments.map)!r}")
-    if arguments.graph is not None and arguments.graph.suffix != GRAPH:
-        raise InvalidInput(f"a graph is a file of g2o; use {arguments.graph.stem or 'graph'}.g2o")
+    if arguments.graph is not None and arguments.graph.suffix not in GRAPHS:
+        stem = arguments.graph.stem or "graph"
+        raise InvalidInput(f"a graph is a file of g2o or TORO; use {stem}.g2o or {stem}.graph")
+    if arguments.trajectory is None and arguments.trajectory_format is not None:
+        raise InvalidInput("--trajectory-format is of a trajectory: give --trajectory too")
     if arguments.posegraph is not None and arguments.posegraph.suffix != POSEGRAPH:
         raise InvalidInput(f"a pose graph with scans is a file {arguments.posegraph.stem or 'map'}{POSEGRAPH}")
     for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph, arguments.posegraph):
@@ -150,7 +177,9 @@ def _map(arguments: argparse.Namespace) -> dict[str, Any]:
     answer = made.summary()
     answer |= {"skipped": log.skipped, "total_seconds": round(sum(made.seconds.values()), 2)}
     if arguments.score is not None:
-        answer |= _scored(arguments.score, log.stamps, made.poses)
+        from ppaas.mapping.trajectories import PlanarTrajectory  # noqa: PLC0415
+
+        answer |= _scored(arguments.score, PlanarTrajectory(log.stamps, made.poses))
     return answer
 
 
@@ -161,7 +190,8 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
     others = (arguments.map, arguments.plot, arguments.trajectory, arguments.score, arguments.posegraph)
     if any(given is not None for given in others):
         raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
-    solved = solve_file(arguments.log, arguments.robust)
+    of_toro = arguments.graph is not None and arguments.graph.suffix != GRAPHS[0]
+    solved = solve_file(arguments.log, arguments.robust, of_toro=of_toro)
     if arguments.graph is not None:
         write_file(arguments.graph, solved.content)
     for note in solved.notes:
@@ -188,13 +218,16 @@ def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap"
 
 def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolution: float) -> None:
     if arguments.trajectory is not None:
-        from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
+        from ppaas.mapping.trajectories import TRAJECTORY_FORMATS, format_trajectory  # noqa: PLC0415
 
-        write_file(arguments.trajectory, format_trajectory(log.stamps, made.poses).encode())
+        named = arguments.trajectory_format or arguments.trajectory.suffix[1:].lower()
+        form = next((form for form in TRAJECTORY_FORMATS if form == named), TRAJECTORY_FORMATS[0])
+        write_file(arguments.trajectory, format_trajectory(log.stamps, made.poses, form).encode())
     if arguments.graph is not None:
-        from ppaas.mapping.graph.g2o import format_g2o  # noqa: PLC0415
+        from ppaas.mapping.graph.g2o import format_graph  # noqa: PLC0415
 
-        write_file(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
+        lines = format_graph(made.mapper.graph, of_toro=arguments.graph.suffix != GRAPHS[0])
+        write_file(arguments.graph, "".join(lines).encode())
     if arguments.posegraph is not None:
         from ppaas.mapping.serialization.mapping import Mapping  # noqa: PLC0415
         from ppaas.mapping.serialization.mapping_file import pack_mapping  # noqa: PLC0415
@@ -215,10 +248,16 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
         write_trajectory(arguments.plot, grid, made.poses)
 
 
-def _scored(path: Path, stamps: Any, poses: Any) -> dict[str, Any]:
-    from ppaas.mapping.relations import parse_relations, score  # noqa: PLC0415
+def _scored(path: Path, found: "PlanarTrajectory") -> dict[str, Any]:
+    from ppaas.mapping.relations import parse_relations, score, score_by_truth  # noqa: PLC0415
+    from ppaas.mapping.trajectories import is_trajectory, parse_trajectory  # noqa: PLC0415
 
-    return score(parse_relations(_text(path)), stamps, poses).summary()
+    text = _text(path)
+    if is_trajectory(text):
+        return score_by_truth(parse_trajectory(text), found).summary()
+    if found.stamps is None:
+        raise InvalidInput("a trajectory of KITTI has no stamps, by which relations are found: give one with stamps")
+    return score(parse_relations(text), found.stamps, found.poses).summary()
 
 
 def _text(path: Path) -> str:

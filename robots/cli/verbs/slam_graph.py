@@ -39,7 +39,7 @@ class SolvedGraph:
     Parameters
     ----------
     content : bytes
-        It in the format of g2o, with the ids, the order and the fixed vertices of its file.
+        It in the format of g2o or TORO, with the ids, the order and, in g2o, the fixed vertices of its file.
     answer : dict
         Numbers of ``nodes``, ``edges``, ``fixed`` vertices and ``distrusted_edges`` (closures that contradict the
         others), ``chi2``, ``method``, ``iterations``, ``seconds``, and ``left_out``: numbers of lines by tag.
@@ -64,7 +64,7 @@ def is_graph(path: Path) -> bool:
         return first.startswith(TAGS) and not any(line.startswith(SCANS) for line in lines)
 
 
-def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
+def solve_file(path: Path, method: str | None = None, *, of_toro: bool = False) -> SolvedGraph:
     """Solve the graph of a file.
 
     Parameters
@@ -73,6 +73,8 @@ def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
         Text of g2o or TORO. Edges between successive ids are trusted, others are loop closures.
     method : {"none", "scaling", "graduated"}, optional
         How closures that contradict the others lose weight; by default, what suits the graph.
+    of_toro : bool
+        Whether the content is in the format of TORO.
 
     Raises
     ------
@@ -99,7 +101,9 @@ def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
         "left_out": {tag: lines.count for tag, lines in file.left_out.items()},
     }
     notes = _notes(file) + _doubts(distrusted, int(closures.sum()))
-    return SolvedGraph("".join(file.lines()).encode(), answer, notes)
+    if of_toro and file.fixed:
+        notes.append(f"{len(file.fixed)} fixed vertices are not written as fixed: TORO has no such line")
+    return SolvedGraph("".join(file.lines(of_toro=of_toro)).encode(), answer, notes)
 
 
 def _read(path: Path) -> GraphFile:

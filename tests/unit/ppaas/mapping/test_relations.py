@@ -1,4 +1,4 @@
-"""Scores of trajectories by relations."""
+"""Scores of trajectories by relations, and by true trajectories."""
 
 import math
 
@@ -7,13 +7,8 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.relations import (
-    Relations,
-    format_trajectory,
-    parse_relations,
-    parse_trajectory,
-    score,
-)
+from ppaas.mapping.relations import Relations, parse_relations, score, score_by_truth
+from ppaas.mapping.trajectories import PlanarTrajectory
 
 STAMPS = np.array([10.0, 11.0, 12.0])
 POSES = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, math.pi / 2.0), (1.0, 1.0, math.pi / 2.0)])
@@ -67,9 +62,6 @@ def test_files_are_parsed():
     found = parse_relations("# t1 t2 x y z roll pitch yaw\n\n1.5 2.5 0.1 0.2 9 9 9 0.3\n")
     np.testing.assert_array_equal(found.stamps, [(1.5, 2.5)])
     np.testing.assert_array_equal(found.poses, [(0.1, 0.2, 0.3)])
-    stamps, poses = parse_trajectory(format_trajectory(STAMPS, POSES))
-    np.testing.assert_allclose(stamps, STAMPS)
-    np.testing.assert_allclose(poses, POSES, atol=1e-6)
 
 
 @pytest.mark.parametrize("text", ["", "# none\n", "1 2 3\n", "1 2 0 0 0 0 0 nan\n", "1 2 0 0 0 0 0 left\n"])
@@ -78,7 +70,25 @@ def test_files_that_are_not_relations_are_refused(text):
         parse_relations(text)
 
 
-@pytest.mark.parametrize("text", ["", "1 2 3\n", "1 2 3 inf\n"])
-def test_files_that_are_not_trajectories_are_refused(text):
-    with pytest.raises(InvalidInput, match="timestamp x y theta"):
-        parse_trajectory(text)
+def test_a_trajectory_in_another_frame_has_the_errors_of_its_shape():
+    moved = np.array([Pose2D(3.0, -2.0, 2.5) @ Pose2D(*pose) for pose in POSES])
+    right = score_by_truth(PlanarTrajectory(STAMPS, POSES), PlanarTrajectory(STAMPS[::-1] + 0.01, moved[::-1]))
+    assert right.summary()["rmse_m"] == pytest.approx(0.0, abs=1e-5)
+    stretched = POSES * (1.5, 1.0, 1.0)
+    wrong = score_by_truth(PlanarTrajectory(STAMPS, POSES), PlanarTrajectory(STAMPS, stretched))
+    assert (wrong.of, len(wrong.translations), wrong.unmatched) == ("poses", 3, 0)
+    assert 0.05 < wrong.summary()["rmse_m"] < 0.3
+
+
+def test_true_poses_at_other_times_do_not_count():
+    truth = PlanarTrajectory(np.array([10.0, 10.5, 11.0, 12.0]), np.vstack((POSES[:1], POSES)))
+    assert score_by_truth(truth, PlanarTrajectory(STAMPS, POSES)).unmatched == 1
+    with pytest.raises(InvalidInput, match="0 poses have a true pose"):
+        score_by_truth(truth, PlanarTrajectory(STAMPS + 100.0, POSES))
+
+
+def test_trajectories_without_stamps_are_compared_pose_by_pose():
+    assert score_by_truth(PlanarTrajectory(None, POSES), PlanarTrajectory(None, POSES)).summary()["poses"] == 3
+    for other in (PlanarTrajectory(None, POSES[:2]), PlanarTrajectory(STAMPS, POSES)):
+        with pytest.raises(InvalidInput, match="has no stamps"):
+            score_by_truth(PlanarTrajectory(None, POSES), other)

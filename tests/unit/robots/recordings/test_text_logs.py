@@ -12,9 +12,10 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.recordings import ros_bags
+from robots.recordings.carmen import NO_READING
 from robots.recordings.recording import Look, Recording
 from robots.recordings.scan_logs import read_scan_log
-from robots.recordings.text_logs import NO_READING, read_log
+from robots.recordings.text_logs import read_log
 from tests.support.world.drive_log import START, graph_log
 
 FLASER = "FLASER 5 1.0 2.0 3.0 4.0 81.91 1.1 2.0 0.5 1.0 2.0 0.5 100.0 host 0.1\n"

@@ -3,7 +3,7 @@ import pytest
 
 from benchmarks.mapping.parts import graphs
 from benchmarks.mapping.parts.part import SlamOptions
-from ppaas.mapping.graph.g2o import format_g2o
+from ppaas.mapping.graph.g2o import format_graph
 from ppaas.mapping.graph.kernels.edges import edge_errors
 from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.graph.solver import Robust
@@ -28,7 +28,7 @@ def test_step_of_superlu_is_that_of_the_solver() -> None:
 
 
 def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
-    (tmp_path / "small.g2o").write_text("".join(format_g2o(walk(50, 20).graph)))
+    (tmp_path / "small.g2o").write_text("".join(format_graph(walk(50, 20).graph)))
     found = graphs.measure(SlamOptions(graphs=(tmp_path / "small.g2o",), false=5))
     assert [result["method"] for result in found.results] == ["none", "graduated", "scaling", "graduated", "graduated"]
     assert found.results[1]["mean_m"] < 0.1

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ppaas.errors import InvalidGraph
-from ppaas.mapping.graph.g2o import format_g2o, parse_g2o
+from ppaas.mapping.graph.g2o import format_graph, parse_g2o
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
 from tests.support.world.pose_graphs import walk
@@ -38,7 +38,7 @@ def test_written_graph_is_read_again():
     graph, _, _ = walk(50, 30)
     skewed = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 2.0]])
     graph.add_edge(9, 2, (0.1, 0.2, 3.1), skewed, EdgeKind.CLOSURE)
-    lines = list(format_g2o(graph))
+    lines = list(format_graph(graph))
     assert all(line.endswith("\n") for line in lines)
     again = parse_g2o(lines).graph
     assert again.poses == pytest.approx(graph.poses, abs=1e-12)
@@ -46,6 +46,19 @@ def test_written_graph_is_read_again():
     assert again.edges.information == pytest.approx(graph.edges.information, abs=1e-9)
     same = SolverOptions(Robust.NONE)
     assert GraphSolver().solve(again, same).poses == pytest.approx(GraphSolver().solve(graph, same).poses, abs=1e-6)
+
+
+def test_a_graph_of_toro_is_the_same_again():
+    graph, _, _ = walk(50, 30)
+    skewed = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 2.0]])
+    graph.add_edge(9, 2, (0.1, 0.2, 3.1), skewed, EdgeKind.CLOSURE)
+    lines = list(format_graph(graph, of_toro=True))
+    assert {line.split()[0] for line in lines} == {"VERTEX2", "EDGE2"}
+    again = parse_g2o(lines).graph
+    assert again.edges.information == pytest.approx(graph.edges.information, abs=1e-9)
+    old = [line.replace("VERTEX2", "VERTEX").replace("EDGE2", "EDGE") for line in lines]
+    assert parse_g2o(old).graph.edges.information == pytest.approx(graph.edges.information, abs=1e-9)
+    assert list(parse_g2o(old).lines(of_toro=True)) == lines
 
 
 @pytest.mark.parametrize(
@@ -78,7 +91,7 @@ def test_text_without_vertices_is_refused():
 
 
 def test_empty_graph_has_no_lines():
-    assert list(format_g2o(PoseGraph())) == []
+    assert list(format_graph(PoseGraph())) == []
 
 
 def test_ids_their_order_and_fixed_vertices_are_written_as_read():
@@ -105,7 +118,7 @@ def test_one_line_fixes_several_vertices_and_unknown_ones_are_named():
 
 def test_no_line_fix_stands_before_an_edge():
     graph, _, _ = walk(5, 0)
-    tags = [line.split()[0] for line in format_g2o(graph)]
+    tags = [line.split()[0] for line in format_graph(graph)]
     assert tags == ["VERTEX_SE2"] * 5 + ["EDGE_SE2"] * 4 + ["FIX"]
 
 

@@ -12,8 +12,8 @@ from PIL import Image
 from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter
 from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.graph.solver import Robust
-from ppaas.mapping.relations import parse_trajectory
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
+from ppaas.mapping.trajectories import TRAJECTORY_FORMATS, format_trajectory, parse_trajectory
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import slam
 from robots.cli.verbs.slam_graph import is_graph, solve_file
@@ -48,6 +48,7 @@ def run(*words: object) -> int:
 def test_the_command_offers_all_formats_and_methods() -> None:
     assert slam.FORMATS == FORMATS
     assert list(slam.METHODS) == [each.value for each in Robust]
+    assert slam.TRAJECTORIES == TRAJECTORY_FORMATS
 
 
 def test_map_trajectory_and_picture_are_written(tmp_path: Path, log: Path) -> None:
@@ -82,6 +83,66 @@ def test_a_trajectory_that_was_written_is_scored(
     run("--trajectory", tmp_path / "out.txt", "--score", relations, "--json")
     again = json.loads(capsys.readouterr().out)
     assert again["mean_m"] == pytest.approx(once["mean_m"], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "columns"),
+    [
+        ("out.txt", (), 4), ("out.tum", (), 8), ("out.kitti", (), 12), ("out.txt", ("--trajectory-format", "tum"), 8),
+        ("out.tum", ("--trajectory-format", "planar"), 4),
+    ],
+)  # fmt: skip
+def test_a_trajectory_has_the_format_of_its_name_or_option(
+    tmp_path: Path, log: Path, name: str, options: tuple[str, ...], columns: int
+) -> None:
+    run(log, "--trajectory", tmp_path / name, *options)
+    assert {len(line.split()) for line in (tmp_path / name).read_text().splitlines()} == {columns}
+
+
+def test_a_true_trajectory_of_tum_scores(tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drive = ring_drive()
+    truth = tmp_path / "truth.txt"
+    truth.write_text(format_trajectory(drive.log.stamps[:SCANS], drive.true[:SCANS], "tum"))
+    run(log, "--trajectory", tmp_path / "out.tum", "--score", truth, "--json")
+    once = json.loads(capsys.readouterr().out)
+    assert (once["poses"], once["unmatched"]) == (SCANS, 0)
+    assert 0.0 < once["rmse_m"] < 0.02
+    run("--trajectory", tmp_path / "out.tum", "--score", truth, "--json")
+    assert json.loads(capsys.readouterr().out)["rmse_m"] == pytest.approx(once["rmse_m"], abs=1e-5)
+    run("--trajectory", tmp_path / "out.tum", "--score", truth)
+    assert "poses" in capsys.readouterr().out.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("--trajectory-format", "tum"), "give --trajectory too"),
+        (("--graph", "out.dot"), "use out.g2o or out.graph"),
+    ],
+)
+def test_outputs_that_cannot_be_are_refused_before_the_work(log: Path, words: tuple[str, ...], why: str) -> None:
+    with pytest.raises(InvalidInput, match=why):
+        run(log, *words)
+
+
+def test_a_trajectory_without_stamps_is_not_compared_with_relations(tmp_path: Path, log: Path, relations: Path) -> None:
+    run(log, "--trajectory", tmp_path / "out.kitti")
+    with pytest.raises(InvalidInput, match="has no stamps"):
+        run("--trajectory", tmp_path / "out.kitti", "--score", relations)
+    with pytest.raises(InvalidInput, match="give a LOG"):
+        run("--trajectory", tmp_path / "out.kitti", "--score", relations, "--trajectory-format", "tum")
+
+
+def test_a_graph_of_toro_is_written_and_solved_again(
+    tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(log, "--graph", tmp_path / "out.graph", "--json")
+    frames = json.loads(capsys.readouterr().out)["key_frames"]
+    run(tmp_path / "out.graph", "--graph", tmp_path / "again.toro", "--json")
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["nodes"], answer["edges"]) == (frames, frames - 1)
+    tags = [line.split()[0] for line in (tmp_path / "again.toro").read_text().splitlines()]
+    assert (tags.count("VERTEX2"), tags.count("EDGE2")) == (frames, frames - 1)
 
 
 def test_parameters_have_an_effect(tmp_path: Path, log: Path) -> None:

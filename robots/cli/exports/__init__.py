@@ -1,0 +1,1 @@
+"""Commands that write what the cloud has as files of other programs."""
