@@ -9,6 +9,8 @@ of each release.
 from collections.abc import Mapping
 from typing import Final
 
+from ppaas.wire.ros.rmf_definitions import RMF
+
 # -- definitions that are the same in all releases of ROS 2 -----------------------------------------------------------
 
 COMMON: Final = {
@@ -307,9 +309,9 @@ NOETIC: Final = {name: COMMON[name] for name in _SAME_AS_IN_ROS_2} | {
 
 DEFINITIONS: Mapping[str, Mapping[str, str]] = {
     "noetic": NOETIC,
-    "humble": COMMON | NAV2_COMMON | HUMBLE,
-    "jazzy": COMMON | NAV2_COMMON | SINCE_JAZZY | JAZZY,
-    "kilted": COMMON | NAV2_COMMON | SINCE_JAZZY | KILTED,
-    "lyrical": COMMON | NAV2_COMMON | KILTED | LYRICAL,
+    "humble": COMMON | RMF | NAV2_COMMON | HUMBLE,
+    "jazzy": COMMON | RMF | NAV2_COMMON | SINCE_JAZZY | JAZZY,
+    "kilted": COMMON | RMF | NAV2_COMMON | SINCE_JAZZY | KILTED,
+    "lyrical": COMMON | RMF | NAV2_COMMON | KILTED | LYRICAL,
 }
 """Text of each definition by its full name, such as ``nav2_msgs/action/Wait``, for each release."""
