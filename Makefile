@@ -50,7 +50,8 @@ DOCKER := tests/contracts/test_runtimes.py tests/docker tests/e2e/test_docker.py
 	tests/unit/engine/runtimes/docker
 RAY := tests/contracts/test_runtimes.py tests/ray
 ROS2_AND_1 := tests/e2e/test_ros1.py tests/e2e/test_ros2_dds.py tests/e2e/test_ros2_zenoh.py
-WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_evo.py tests/e2e/test_foxglove.py tests/unit/robots/arduino
+WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_evo.py tests/e2e/test_foxglove.py tests/e2e/test_mcp.py \
+	tests/unit/robots/arduino
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -107,7 +108,7 @@ unit: $(INSTALLED) kernels ## Run the unit tests that are quick and start no pro
 	@$(BIN)/python -m pytest -p tests.ci.no_processes --numprocesses auto --dist loadscope --no-loadscope-reorder \
 		-o testpaths="tests/unit tests/architecture" $$(sed 's/^/--ignore=/' tests/ci/not_unit) $(PYTEST_ARGS)
 
-test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(CLIENTS)/evo $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; compare with evo; build for ARM
+test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(CLIENTS)/evo $(CLIENTS)/mcp-1 $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; compare with evo; build for ARM
 	@echo "test-clients: builds roslibrust, minutes the first time"
 	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
 		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
@@ -284,9 +285,9 @@ $(ACTIONLINT):
 	@echo "setup: $@ (wants go)"
 	$(GO_TOOL) github.com/rhysd/actionlint/cmd/actionlint@v1.7.12
 
-# roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
-$(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)
-	@echo "setup: roslibpy, by the version of $<"
+# roslibpy for ROS 1 and MCP of 2025, each in a folder of its own: later ones are in the environment.
+$(CLIENTS)/roslibpy-1 $(CLIENTS)/mcp-1: $(CLIENTS)/%-1: tests/support/clients/%_1.lock $(LOCKED)
+	@echo "setup: $* of an earlier release, by the version of $<"
 	@rm -rf $@
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --target $@ --no-deps --require-hashes -r $<
 	@touch $@

@@ -21,6 +21,7 @@ EXTRAS = {
     "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud", "endpoints": "cloud", "engine": "cloud",
     "storage": "cloud", "aiomqtt": "vda5050", "shtab": "completion",
     "luaparser": "imports", "xacro": "imports", "authlib": "oidc", "joserfc": "oidc", "httpx2": "oidc",
+    "mcp": "mcp", "mcp_types": "mcp",
 }  # fmt: skip
 """Extra that installs a package, for the packages that a command may miss."""
 

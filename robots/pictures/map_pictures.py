@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -13,12 +13,14 @@ from PIL import Image, ImageDraw
 
 from ppaas.decoding import converted
 from ppaas.errors import InvalidInput, ZoneFault
-from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
 from ppaas.zones.decoding import decoded
 from ppaas.zones.faults import Notes
 from ppaas.zones.shapes import Geometry, Ring, lines_of, rings_of
 from robots.pictures.path import GOAL, PATH, START, Colour, Point, check_picture
+
+if TYPE_CHECKING:
+    from ppaas.fleet.metric_roadmap import MetricRoadmap
 
 _FREE, _WALL, _UNKNOWN = (255, 255, 255), (40, 46, 56), (214, 219, 226)
 
@@ -97,7 +99,7 @@ MOST_LANE_PIXELS, LEAST_OF_LANES = 4000, 1000
 _CELL, _ONE_WAY = (168, 199, 245), (205, 38, 74)
 
 
-def write_lanes(path: Path, grid: GridMap, cells: MetricRoadmap) -> None:
+def write_lanes(path: Path, grid: GridMap, cells: "MetricRoadmap") -> None:
     """Draw a map with the cells along its lanes and write it to a PNG file.
 
     Raises
@@ -109,7 +111,7 @@ def write_lanes(path: Path, grid: GridMap, cells: MetricRoadmap) -> None:
     draw_lanes(grid, cells).write(path)
 
 
-def draw_lanes(grid: GridMap, cells: MetricRoadmap) -> GridImage:
+def draw_lanes(grid: GridMap, cells: "MetricRoadmap") -> GridImage:
     """Return the picture: a disc for each cell, as wide as it is, blue lines both ways, and red arrows one way."""
     image = GridImage.of(grid, MOST_LANE_PIXELS, LEAST_OF_LANES)
     brush = ImageDraw.Draw(image.picture)
@@ -218,9 +220,16 @@ def write_zones(path: Path, grid: GridMap, geojson: bytes, faults: Sequence[Zone
     draw_zones(grid, geojson, faults).write(path)
 
 
-def draw_zones(grid: GridMap, geojson: bytes, faults: Sequence[ZoneFault] = ()) -> GridImage:
-    """Return the picture."""
-    image = GridImage.of(grid, MOST_OF_ZONES, LEAST_OF_ZONES)
+def draw_zones(
+    grid: GridMap,
+    geojson: bytes,
+    faults: Sequence[ZoneFault] = (),
+    *,
+    most: int = MOST_OF_ZONES,
+    least: int = LEAST_OF_ZONES,
+) -> GridImage:
+    """Return the picture; its longest side has ``most`` pixels at most, and ``least`` if the map is smaller."""
+    image = GridImage.of(grid, most, least)
     for feature in decoded(geojson, Notes())["features"]:
         _draw_feature(image, feature)
     brush = ImageDraw.Draw(image.picture)

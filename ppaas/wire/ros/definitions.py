@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from ppaas.wire.ros import nav2_definitions as nav2
+from ppaas.wire.ros.rmf_definitions import RMF
 
 # -- definitions that are the same in all releases of ROS 2 -----------------------------------------------------------
 
@@ -141,9 +142,9 @@ NOETIC: Final = {name: COMMON[name] for name in _SAME_AS_IN_ROS_2} | {
 
 DEFINITIONS: Mapping[str, Mapping[str, str]] = {
     "noetic": NOETIC,
-    "humble": COMMON | nav2.COMMON | nav2.HUMBLE,
-    "jazzy": COMMON | nav2.COMMON | nav2.SINCE_JAZZY | nav2.JAZZY,
-    "kilted": COMMON | nav2.COMMON | nav2.SINCE_JAZZY | nav2.KILTED,
-    "lyrical": COMMON | nav2.COMMON | nav2.KILTED | nav2.LYRICAL,
+    "humble": COMMON | RMF | nav2.COMMON | nav2.HUMBLE,
+    "jazzy": COMMON | RMF | nav2.COMMON | nav2.SINCE_JAZZY | nav2.JAZZY,
+    "kilted": COMMON | RMF | nav2.COMMON | nav2.SINCE_JAZZY | nav2.KILTED,
+    "lyrical": COMMON | RMF | nav2.COMMON | nav2.KILTED | nav2.LYRICAL,
 }
 """Text of each definition by its full name, such as ``nav2_msgs/action/Wait``, for each release."""

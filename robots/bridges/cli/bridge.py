@@ -6,7 +6,7 @@ from importlib.metadata import entry_points
 from robots.cli.plugins import installed
 
 NAME = "bridge"
-HELP = "connect robots with ROS, rovers with MAVLink, and AGVs or a master control of VDA 5050, to the cloud"
+HELP = "connect robots with ROS, rovers with MAVLink, AGVs or a master control of VDA 5050, and Open-RMF to the cloud"
 
 BRIDGES = "ppaas.bridges"
 """Group of bridges: modules with HELP, configure(parser) and run(arguments)."""

@@ -22,6 +22,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("robot", metavar="ROBOT", help="id of the robot, as registered by 'ppaas robot put'")
     add_cloud_arguments(parser)
+    parser.add_argument("--namespace", help="namespace of the robot's nodes (found by its odometry and scans)")
+    add_transport_arguments(parser)
+
+
+def add_transport_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the transport, and of the graph of ROS 2."""
     parser.add_argument(
         "--transport",
         choices=TRANSPORTS,
@@ -35,7 +41,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=os.environ.get("ROS_DOMAIN_ID", "0"),
         help="domain of the robot's nodes (ROS_DOMAIN_ID, else 0)",
     )
-    parser.add_argument("--namespace", help="namespace of the robot's nodes (found by its odometry and scans)")
     parser.add_argument("--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)")
     zenoh = parser.add_argument_group("transport zenoh")
     zenoh.add_argument(
@@ -61,10 +66,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry messages until interrupted; return the exit status."""
-    return run_bridge(arguments, lambda: (_transport(arguments), {}))
+    return run_bridge(arguments, lambda: (transport_of(arguments), {}))
 
 
-def _transport(arguments: argparse.Namespace) -> "Transport":
+def transport_of(arguments: argparse.Namespace) -> "Transport":
+    """Return the transport of the options; raises ``InvalidInput`` if a package that it needs is not installed."""
     release = arguments.distro or ""
     if arguments.transport == "dds":
         from robots.bridges.dds.node import DdsOptions, DdsTransport  # noqa: PLC0415

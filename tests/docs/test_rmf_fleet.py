@@ -1,0 +1,72 @@
+"""The commands, options, topics and numbers of rmf-fleet.md are those of the code."""
+
+import argparse
+import re
+import shlex
+
+from ppaas.wire.rmf.fleet_robot import LONGEST_WAIT, RmfMode
+from ppaas.wire.ros.rmf_definitions import FLEET_STATE
+from robots.bridges.cli import rmf
+from robots.bridges.rmf.fleet import LOOK_PERIOD, REQUESTS, STATES
+from robots.bridges.rmf.options import FleetForRmf, read_frames
+from robots.bridges.rmf.robot_in_cloud import POSE_AGE
+from tests.support.documents import blocks, table, text_of
+
+PAGE = "docs/rmf-fleet.md"
+TEXT = re.sub(r"\s+", " ", text_of(PAGE))
+
+
+def parser() -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser()
+    rmf.configure(made)
+    return made
+
+
+def test_the_command_is_accepted() -> None:
+    commands = [line for block in blocks(PAGE, "sh") for line in block.splitlines() if line.startswith("ppaas bridge")]
+    [line] = commands
+    arguments = parser().parse_args(shlex.split(line)[3:])
+    assert (arguments.robots, arguments.fleet, arguments.level) == (["tb1"], "carts", [("office", "L1")])
+
+
+def test_the_options_are_those_of_the_command() -> None:
+    known = {option for action in parser()._actions for option in action.option_strings}
+    shown = {option for row in table(PAGE, "option", "meaning") for option in re.findall(r"--[a-z-]+", row[0])}
+    assert shown <= known
+    others = {
+        "-h",
+        "--help",
+        "--url",
+        "--token",
+        "--ca-file",
+        "--listen",
+        "--connect",
+        "--zenoh-config",
+        "--dds-config",
+    }
+    assert known - shown == others
+
+
+def test_the_topics_are_those_of_the_bridge() -> None:
+    shown = [(topic, kind) for topic, kind, _ in table(PAGE, "topic", "type", "")]
+    taken = [(topic.lstrip("/"), kind.replace("/msg/", "/")) for topic, (kind, _) in REQUESTS.items()]
+    assert shown[0] == (STATES.lstrip("/"), FLEET_STATE.replace("/msg/", "/"))
+    assert sorted(shown[1:]) == sorted(taken)
+
+
+def test_the_numbers_are_those_of_the_code() -> None:
+    assert f"time between two states ({FleetForRmf('f').period:g} s)" in TEXT
+    assert f"published within {LOOK_PERIOD:g} s" in TEXT
+    assert f"More than {rmf.WORST:g} m is refused" in TEXT
+    assert f"from {POSE_AGE:g} s after its last pose" in TEXT
+    assert LONGEST_WAIT == 3600.0 and "more than an hour ahead" in TEXT
+    modes = re.findall(r"(\w+)`? \((\d)\)", TEXT[TEXT.index("**Mode.**") : TEXT.index("**Battery.**")])
+    names = {"MODE_ADAPTER_ERROR": "ADAPTER_ERROR"}
+    assert {(names.get(name, name.upper()), int(number)) for name, number in modes} == {
+        (mode.name, mode.value) for mode in RmfMode if mode is not RmfMode.EMERGENCY
+    }
+
+
+def test_the_example_of_reference_points_fits() -> None:
+    [example] = blocks(PAGE, "yaml")
+    assert 0.0 < read_frames(example.encode())["L1"].residual < rmf.WORST
