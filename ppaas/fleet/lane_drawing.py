@@ -68,18 +68,24 @@ def lines_in(zones: Iterable[Zone]) -> list[DrawnLane]:
     ]
 
 
-def network_of(lines: Sequence[DrawnLane]) -> Network:
+def network_of(lines: Sequence[DrawnLane], *, every_corner: bool = False) -> Network:
     """Return the network of some lanes.
 
     Lanes are connected where they cross, where an end or a corner of one is on another one, and where they lie on each
     other; all within `JOINS`.
+
+    Parameters
+    ----------
+    lines : sequence of DrawnLane
+    every_corner : bool
+        Whether corners on straight parts are places, too.
 
     Raises
     ------
     InvalidInput
         A lane is so short that it is one place.
     """
-    corners = [_simple(line.points) for line in lines]
+    corners = [line.points if every_corner else _simple(line.points) for line in lines]
     starts = np.concatenate([points[:-1] for points in corners])
     ends = np.concatenate([points[1:] for points in corners])
     owners = [line for line, points in zip(lines, corners, strict=True) for _ in points[1:]]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, LaneConflict
 from ppaas.fleet.lane_drawing import Network
 from ppaas.fleet.robot_sizes import TINY
 from ppaas.polygons import Points
@@ -166,9 +166,10 @@ class _Placing:
             )
         for chain, line in zip(self._chains, self._lines, strict=True):
             if chain.places[0] == chain.places[-1] and line.length < 3.0 * self._spacing:
-                raise InvalidInput(
+                raise LaneConflict(
                     f"lane {chain.name!r} is a ring at {self._text(line.at(0.0))} that is {line.length:.2f} m long: "
-                    f"robots of this size need {3.0 * self._spacing:.2f} m"
+                    f"robots of this size need {3.0 * self._spacing:.2f} m",
+                    [chain.name],
                 )
 
     def _needs(self) -> dict[tuple[int, int], float]:
@@ -182,9 +183,10 @@ class _Placing:
         found = {}
         for place, leading in ends.items():
             if len(leading) > MOST_MEET:
-                raise InvalidInput(
+                raise LaneConflict(
                     f"{len(leading)} lanes meet at {self._text(self._network.places[place])}, and at most {MOST_MEET} "
-                    "may: let one of them end a little farther along another"
+                    "may: let one of them end a little farther along another",
+                    [self._chains[key[0]].name for key, _ in leading],
                 )
             for key, leads in leading:
                 angles = [_angle(leads, other) for also, other in leading if also != key]
@@ -195,9 +197,10 @@ class _Placing:
     def _need(self, angle: float, name: str, place: NDArray[np.float64]) -> float:
         """Return how far cells must be from a place where lanes meet at an angle, to be as far from the other lane."""
         if angle < SHARPEST:
-            raise InvalidInput(
+            raise LaneConflict(
                 f"lane {name!r} meets another one at {self._text(place)} at {math.degrees(angle):.0f}°: at least "
-                f"{math.degrees(SHARPEST):.0f}° are needed"
+                f"{math.degrees(SHARPEST):.0f}° are needed",
+                [name],
             )
         return self._beside(angle)
 
@@ -230,9 +233,10 @@ class _Placing:
         need = max(one.need, other.need)
         if is_ring or line.apart(one, other) < need - TINY:
             span = f"{self._text(line.at(one.along))} and {self._text(line.at(other.along))}"
-            raise InvalidInput(
+            raise LaneConflict(
                 f"lane {chain.name!r} is too short between {span}: robots of this size need {need:.2f} m there; "
-                "draw ends and junctions farther apart, or in one place"
+                "draw ends and junctions farther apart, or in one place",
+                [chain.name],
             )
         return []
 

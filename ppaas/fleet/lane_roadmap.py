@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, LaneConflict
 from ppaas.fleet.lane_drawing import DrawnLane, lines_in, network_of
 from ppaas.fleet.lane_placing import Placed, placed_on
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
@@ -31,7 +31,7 @@ def check_apart(placed: Placed, spacing: float) -> None:
 
     Raises
     ------
-    InvalidInput
+    LaneConflict
         Two lanes are too near to each other; the text names them, and where.
     """
     moves = np.array(sorted({(min(move), max(move)) for move in placed.names}), np.int64)
@@ -47,9 +47,10 @@ def check_apart(placed: Placed, spacing: float) -> None:
             names = sorted({_name(placed, moves[one[worst]]), _name(placed, moves[other[worst]])})
             x, y = (begins[one[worst]] + ends[one[worst]] + begins[other[worst]] + ends[other[worst]]) / 4.0
             what = f"lanes {names[0]!r} and {names[1]!r}" if len(names) > 1 else f"parts of lane {names[0]!r}"
-            raise InvalidInput(
+            raise LaneConflict(
                 f"{what} are {apart[worst]:.2f} m apart near {x:.2f}, {y:.2f}, and "
-                f"robots of this size need {spacing:.2f} m: draw them farther apart, or join them"
+                f"robots of this size need {spacing:.2f} m: draw them farther apart, or join them",
+                names,
             )
 
 

@@ -12,11 +12,8 @@ from ppaas.zones.faults import Notes
 
 # -- files that are no zones, such as graphs of routes -----------------------------------------------------------------
 
-LANES = (
-    "a lane is a feature with the geometry LineString and the properties "
-    '{"name": "…", "kind": "lane"}, and "one_way": true where no edge leads back; nodes are not needed'
-)
-"""What lanes need."""
+LANES = "`ppaas map import-graph MAP FILE` makes lanes, zones and stations of it"
+"""What makes zones of a graph."""
 
 _OF_KEYS: Sequence[tuple[set[str], str]] = (
     ({"metaInformation", "layouts"}, f"this is a layout of LIF (VDMA), not zones of GeoJSON: {LANES}"),
@@ -47,7 +44,8 @@ def foreign_text(text: str) -> str:
     """Return what a text is that is not JSON, and what to do; empty if that is not known."""
     if text.lstrip().startswith("<"):
         return (
-            "zones are not valid JSON: this is XML, such as KML or Lanelet2; export it as GeoJSON, in metres on the map"
+            "zones are not valid JSON: this is XML, such as KML or Lanelet2; export it as GeoJSON, in metres on the "
+            f"map; of Lanelet2, {LANES}"
         )
     if _RMF_YAML.search(text):
         return f"zones are not valid JSON: this is YAML of Open-RMF, a building map or navigation graph: {LANES}"

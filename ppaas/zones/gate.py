@@ -83,6 +83,7 @@ def _check_one(zone: Zone, info: GridInfo, faults: Faults, notes: Notes) -> None
     grid = shapely.Polygon(info.to_world(corners))
     area = zone.area
     parts = [*map(shapely.LineString, area.lines), *(shapely.Polygon(outer, holes) for outer, *holes in area.polygons)]
+    parts += map(shapely.Point, area.point)
     half = 0.5 * zone.width
     off = [part for part in parts if part.distance(grid) > half]
     if len(off) == len(parts):

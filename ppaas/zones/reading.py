@@ -17,6 +17,9 @@ from ppaas.zones.zone import KINDS, AnyRule, Zone, ZoneSet, check_zone
 _SWITCHES = {"one_way", "strict"}
 """Properties that are true or false."""
 
+_LISTS = {"times", "uses"}
+"""Properties that are lists, which tables have as text of JSON."""
+
 _WORDS = {"yes": True, "y": True, "t": True, "no": False, "n": False, "f": False}
 """Switches in words, as OpenStreetMap and PostgreSQL have them."""
 
@@ -67,11 +70,11 @@ def _is_blank(value: Any) -> bool:
 
 def _as_it_was(key: str, value: Any) -> Any:
     """Return a value as it was before a table had it; None for none."""
-    if key == "times" and isinstance(value, str):
+    if key in _LISTS and isinstance(value, str):
         try:
             return msgspec.json.decode(value)
         except msgspec.DecodeError as error:
-            raise InvalidZones(f"'times' is text that is not valid JSON: {error!s:.100}") from error
+            raise InvalidZones(f"{key!r} is text that is not valid JSON: {error!s:.100}") from error
     if key in _SWITCHES and isinstance(value, str):
         return _WORDS.get(value.strip().lower(), value)
     whole = int(value) if isinstance(value, float) and value.is_integer() else value
@@ -114,6 +117,7 @@ STYLES = ("stroke", "fill", "marker-", "_", "@")
 DEFAULT_TIME_ZONE = "UTC"
 
 EMPTY_PARTS = "parts without positions were left out"
+_HEIGHTS = "heights were left out: zones are in the plane"
 
 DEEPEST = 3
 """Largest number of lists that positions are in, as in a MultiPolygon."""
@@ -237,7 +241,7 @@ def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Note
         plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if has_places else given
         found: Geometry = converted(plain, Geometry)
     except msgspec.ValidationError as error:
-        advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString"
+        advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString, a station a Point"
         place = first_place(given)
         begins = f"; it begins at {place_text(place)}" if place else ""
         text = f"{error!s:.200}{advice if 'Invalid value' in str(error) else ''}{begins}"
@@ -248,8 +252,12 @@ def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Note
 
 def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> Any:
     """Return coordinates in the plane, without positions that follow themselves."""
-    if not depth or not isinstance(coordinates, list) or not coordinates or not isinstance(coordinates[0], list):
+    if not depth or not isinstance(coordinates, list) or not coordinates:
         return coordinates
+    if not isinstance(coordinates[0], list):
+        if depth == DEEPEST and len(coordinates) > 2:
+            notes.add(_HEIGHTS, name)
+        return coordinates[:2] if depth == DEEPEST else coordinates
     if not all(isinstance(place, list) and place and not isinstance(place[0], list) for place in coordinates):
         parts = [_plain(part, name, notes, depth - 1) for at, part in enumerate(coordinates) if part != [] or at == 0]
         if len(parts) < len(coordinates):
@@ -257,7 +265,7 @@ def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> A
         return parts
     flat = [place[:2] for place in coordinates]
     if any(len(place) > 2 for place in coordinates):
-        notes.add("heights were left out: zones are in the plane", name)
+        notes.add(_HEIGHTS, name)
     kept = [place for at, place in enumerate(flat) if at == 0 or place != flat[at - 1]]
     if len(kept) < len(flat):
         notes.add("positions that follow themselves were left out", name)

@@ -47,7 +47,13 @@ class MultiLineString(msgspec.Struct, frozen=True, tag="MultiLineString"):
     coordinates: list[Ring]
 
 
-Geometry = Polygon | MultiPolygon | LineString | MultiLineString
+class Point(msgspec.Struct, frozen=True, tag="Point"):
+    """Place of a station."""
+
+    coordinates: Position
+
+
+Geometry = Polygon | MultiPolygon | LineString | MultiLineString | Point
 
 
 class Area:
@@ -65,13 +71,14 @@ class Area:
         self.polygons = [polygon for polygon in polygons if polygon]
         self.rings = [ring for polygon in self.polygons for ring in polygon]
         self.lines = [_points(line) for line in lines_of(geometry)]
+        self.point = _points([geometry.coordinates]) if isinstance(geometry, Point) else np.empty((0, 2))
         self._half = 0.5 * width
-        places = np.concatenate(self.rings + self.lines)
+        places = np.concatenate([*self.rings, *self.lines, self.point])
         self.low, self.high = places.min(axis=0) - self._half, places.max(axis=0) + self._half
 
     def distances(self, points: Points) -> Points:
         """Return the distance of (n, 2) points from the area [m], (n,) float64; 0 within it."""
-        block = max(1, AT_ONCE // sum(map(len, self.rings + self.lines)))
+        block = max(1, AT_ONCE // sum(map(len, [*self.rings, *self.lines, self.point])))
         parts = [self._distances(points[begin : begin + block]) for begin in range(0, len(points), block)]
         return np.concatenate(parts) if parts else np.empty(0)
 
@@ -84,6 +91,8 @@ class Area:
             distances = np.minimum(distances, _apart(ring, np.roll(ring, -1, axis=0), points))
         for line in self.lines:
             distances = np.minimum(distances, np.maximum(_apart(line[:-1], line[1:], points) - self._half, 0.0))
+        for place in self.point:
+            distances = np.minimum(distances, np.hypot(*(points - place).T))
         distances[inside] = 0.0
         return distances
 
@@ -159,9 +168,10 @@ def check_geometry(geometry: Geometry, name: str) -> int:
         and the fault has a place.
     """
     rings, lines = rings_of(geometry), lines_of(geometry)
-    if not any(rings) and not any(lines):
+    points = [geometry.coordinates] if isinstance(geometry, Point) else []
+    if not any(rings) and not any(lines) and not any(points):
         raise InvalidZones(f"zone {name!r} has no coordinates: draw it, or leave the feature out")
-    for place in (place for part in rings + lines for place in part):
+    for place in [place for part in rings + lines for place in part] + points:
         if len(place) < 2 or not all(math.isfinite(each) and abs(each) <= FARTHEST for each in place[:2]):
             raise _wrong(
                 geometry, name,
@@ -175,7 +185,7 @@ def check_geometry(geometry: Geometry, name: str) -> int:
         if any(one[:2] == other[:2] for one, other in pairwise(line)) or len(line) < 2:
             text = "a line needs two positions or more, each different from the one before"
             raise _wrong(geometry, name, text, line)
-    return sum(map(len, rings + lines))
+    return sum(map(len, rings + lines)) + len(points)
 
 
 def _wrong(geometry: Geometry, name: str, text: str, where: Any) -> InvalidZones:

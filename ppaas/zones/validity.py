@@ -17,6 +17,7 @@ from ppaas.zones.reading import EMPTY_PARTS
 from ppaas.zones.shapes import (
     Geometry,
     MultiPolygon,
+    Point,
     Polygon,
     Position,
     Ring,
@@ -66,6 +67,9 @@ def mended(name: str, geometry: Geometry, faults: Faults, notes: Notes) -> Geome
         Takes what was mended.
     """
     found: Sequence[GeometryFault]
+    result: Geometry
+    if isinstance(geometry, Point):
+        return geometry
     if lines := lines_of(geometry):
         found, result = _faults_of_lines(lines), geometry
     else:
@@ -86,6 +90,12 @@ def outline_fault(corners: Sequence[Sequence[float]]) -> str:
     ring = [list(corner) for corner in corners]
     fault = _fault_of_polygon([[*ring, ring[0]]])
     return "" if fault is None else fault.text
+
+
+def line_fault(places: Sequence[Sequence[float]]) -> str:
+    """Return what is wrong with a line of (n, 2) places [m], and where; empty if it is valid."""
+    faults = _faults_of_lines([[list(place) for place in places]])
+    return faults[0].text if faults else ""
 
 
 def _closed(name: str, ring: Ring, notes: Notes) -> Ring:

@@ -3,17 +3,20 @@
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import Annotated, get_args
+from typing import Annotated, Literal, get_args
 
 import msgspec
 from msgspec import Meta
 
 from ppaas.errors import InvalidZones
 from ppaas.zones.schedule import Hours, is_in_force, next_limit, time_zone_of
-from ppaas.zones.shapes import Area, Geometry, check_geometry, lines_of
+from ppaas.zones.shapes import Area, Geometry, Point, check_geometry, lines_of
 
 MOST_ZONES, MOST_POSITIONS, MOST_HOURS = 500, 20_000, 50
-"""Largest numbers of zones of a map, of positions of all of them, and of hours of a zone."""
+"""Largest numbers of zones of a map but stations, of positions of all zones, and of hours of a zone."""
+
+MOST_STATIONS = 2000
+"""Largest number of zones of the kind ``station``: nothing is computed for them."""
 
 MOST_ON_LANES = 2000
 """Largest number of positions of all zones of the kind ``lane``."""
@@ -106,7 +109,26 @@ class Capacity(Rule, frozen=True, tag="capacity"):
     robots: Annotated[int, Meta(ge=1, le=1000)]
 
 
-AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity
+Use = Literal["park", "charge", "wait", "pick", "drop", "clean", "dock"]
+"""What a station is for."""
+
+
+class Station(Rule, frozen=True, tag="station"):
+    """Named place, where robots are sent; no rule of the traffic.
+
+    Parameters
+    ----------
+    yaw : float, optional
+        Heading of a robot that stands there [rad].
+    uses : list of str
+        What it is for; any use if empty.
+    """
+
+    yaw: Annotated[float, Meta(ge=-7.0, le=7.0)] | None = None
+    uses: list[Use] = []
+
+
+AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity | Station
 
 KINDS = tuple(str(rule.__struct_config__.tag) for rule in get_args(AnyRule))
 """Names of the kinds of zones."""
@@ -118,7 +140,7 @@ class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properti
     Parameters
     ----------
     geometry : Geometry
-        In metres in the frame of the map; lines only for ``lane`` and ``one_way``.
+        In metres in the frame of the map; lines only for ``lane`` and ``one_way``, a point for a ``station``.
     rule : Rule
         ``properties`` in JSON.
     """
@@ -165,8 +187,11 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     def __post_init__(self) -> None:
         """Check what types do not."""
         time_zone_of(self.time_zone)
-        if len(self.zones) > MOST_ZONES:
-            raise InvalidZones(f"a map may have {MOST_ZONES} zones, not {len(self.zones)}")
+        stations = sum(isinstance(each.rule, Station) for each in self.zones)
+        if len(self.zones) - stations > MOST_ZONES:
+            raise InvalidZones(f"a map may have {MOST_ZONES} zones, not {len(self.zones) - stations}")
+        if stations > MOST_STATIONS:
+            raise InvalidZones(f"a map may have {MOST_STATIONS} stations, not {stations}")
         names: set[str] = set()
         for each in self.zones:
             if each.name in names:
@@ -185,6 +210,11 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     def lanes(self) -> list[Zone]:
         """Zones of the kind ``lane``."""
         return [each for each in self.zones if isinstance(each.rule, Lane)]
+
+    @property
+    def stations(self) -> list[Zone]:
+        """Zones of the kind ``station``."""
+        return [each for each in self.zones if isinstance(each.rule, Station)]
 
     def in_force(self, now: float) -> list[Zone]:
         """Return the zones that are in force at a time [s since the epoch]."""
@@ -215,6 +245,10 @@ def check_zone(zone: Zone) -> int:
     is_line = bool(lines_of(zone.geometry))
     if rule.time_zone is not None:
         time_zone_of(rule.time_zone)
+    if isinstance(rule, Station) != isinstance(zone.geometry, Point):
+        raise InvalidZones(f"zone {zone.name!r}: a station is a point, and all other zones are areas or lines")
+    if isinstance(rule, Station) and rule.times:
+        raise InvalidZones(f"zone {zone.name!r}: a station has no times; it is a place, and not a rule")
     if is_line and not isinstance(rule, OneWay | Lane):
         raise InvalidZones(f"zone {zone.name!r}: only a lane or a one_way zone may be a line; draw a polygon")
     if isinstance(rule, Lane):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
 from ppaas.zones.decoding import decoded
 from ppaas.zones.faults import Notes
 from ppaas.zones.shapes import Geometry, Ring, lines_of, rings_of
+from ppaas.zones.shapes import Point as PointGeometry
 from robots.pictures.path import GOAL, PATH, START, Colour, Point, check_picture
 
 if TYPE_CHECKING:
@@ -188,10 +190,13 @@ MOST_OF_ZONES, LEAST_OF_ZONES = 4000, 1000
 
 _COLOURS: dict[str, Colour] = {
     "keep_out": (205, 38, 74), "speed_limit": (226, 142, 20), "one_way": (23, 95, 214), "lane": (23, 95, 214),
-    "no_stop": (128, 60, 180), "capacity": (20, 140, 85),
+    "no_stop": (128, 60, 180), "capacity": (20, 140, 85), "station": (150, 90, 20),
 }  # fmt: skip
 _OTHER, _FAULT = (105, 113, 125), (255, 0, 0)
 _OPACITY = 60
+_ARROW, _STATION = 8.0, 5.0
+"""Size of the heads of arrows on one-way lanes, and radius of stations [pixels]."""
+
 _CROSS = 14
 """Half of the size of a cross [pixels]."""
 
@@ -249,9 +254,16 @@ def _draw_feature(image: GridImage, feature: Any) -> None:
     colour = _COLOURS.get(str(rule.get("kind")), _OTHER)
     _fill(image, [_pixels(image, ring) for ring in rings_of(geometry)], colour)
     brush = ImageDraw.Draw(image.picture)
+    points = [[geometry.coordinates]] if isinstance(geometry, PointGeometry) else []
     for line in lines_of(geometry):
-        brush.line(_pixels(image, line), fill=colour, width=3)
-    drawn = [places for part in (*rings_of(geometry), *lines_of(geometry)) if (places := _pixels(image, part))]
+        places = _pixels(image, line)
+        brush.line(places, fill=colour, width=3)
+        if rule.get("one_way") is True:
+            for begin, end in pairwise(places):
+                brush.polygon(_head(begin, end, _ARROW), fill=_ONE_WAY)
+    for x, y in (place for point in points for place in _pixels(image, point)):
+        brush.ellipse((x - _STATION, y - _STATION, x + _STATION, y + _STATION), fill=colour)
+    drawn = [places for part in (*rings_of(geometry), *lines_of(geometry), *points) if (places := _pixels(image, part))]
     if drawn:
         brush.text(drawn[0][0], str(rule.get("name", "")), fill=colour)
 

@@ -11,6 +11,7 @@ import msgspec
 import yaml
 
 from ppaas.errors import InvalidParameter
+from ppaas.imports.yaml_depth import check_depth
 
 MAX_FILE = 2 << 20
 """Limit of the size of a parameter file [bytes]."""
@@ -71,6 +72,7 @@ def read_parameter_file(text: bytes) -> ParameterFile:
     if len(text) > MAX_FILE:
         raise InvalidParameter(f"the parameter file has {len(text)} bytes; at most {MAX_FILE} are allowed")
     try:
+        check_depth(text, "the parameter file")
         loader = _LOADER(text)
         try:
             root = loader.get_single_node()

@@ -9,6 +9,7 @@ zone of a map      zone of VDA 5050
 ``capacity``       ``RELEASE``: an AGV asks before it enters. The number of robots is not part of it
 ``no_stop``        none
 ``lane``           none: AGVs follow the edges of their orders
+``station``        left out: it is no rule
 =================  ===============================================================================
 
 VDA 5050 has simple polygons only, and no times. So a line is one rectangle for each of its segments, a zone of several
@@ -31,8 +32,8 @@ from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.headers import MessageHeader, timestamp
 from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
-from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring, lines_of
-from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet
+from ppaas.zones.shapes import Position, Ring, lines_of, polygons_of
+from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Station, Zone, ZoneSet
 
 RELEASED = 1
 """Number of robots in a zone of type RELEASE, whose message has none: access is granted to one after the other."""
@@ -145,7 +146,7 @@ def expressed_zones(zones: Iterable[Zone], top_speed: float | None = None) -> tu
     top_speed : float, optional
         Top speed of the AGV [m/s], for limits that are percentages.
     """
-    given = list(zones)
+    given = [zone for zone in zones if not isinstance(zone.rule, Station)]
     taken = {zone.name for zone in given}
     found: list[wire.Zone] = []
     problems: list[str] = []
@@ -188,22 +189,15 @@ def _fields(zone: Zone, top_speed: float | None) -> dict[str, Any]:
         case Capacity(robots=robots):
             text = f"at most {robots} robot{'' if robots == 1 else 's'} at a time"
             return {"zone_type": "RELEASE", "release_loss_behavior": "STOP", "zone_descriptor": text}
-        case NoStop() | Lane():
+        case NoStop() | Lane() | Station():
             kind = "lane" if isinstance(zone.rule, Lane) else "no_stop"
             raise InvalidInput(f"zone {zone.name!r} is of the kind {kind}, which VDA 5050 3.0 does not have")
 
 
 def _parts(zone: Zone) -> list[Part]:
-    rule, geometry = zone.rule, zone.geometry
-    match geometry:
-        case Polygon():
-            polygons = [geometry.coordinates]
-        case MultiPolygon():
-            polygons = geometry.coordinates
-        case LineString() | MultiLineString():
-            assert isinstance(rule, OneWay)
-            width = rule.width or 0.0
-            return [_lane(one, other, width) for line in lines_of(geometry) for one, other in pairwise(line)]
+    rule, polygons = zone.rule, polygons_of(zone.geometry)
+    if lines := lines_of(zone.geometry):
+        return [_lane(one, other, zone.width) for line in lines for one, other in pairwise(line)]
     if any(len(rings) > 1 for rings in polygons):
         raise InvalidInput(f"zone {zone.name!r} has a hole, and polygons of VDA 5050 have none: divide it")
     if len(polygons) > 1 and isinstance(rule, Capacity):

@@ -12,7 +12,7 @@ from robots.cli.output import print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import map_merge, map_tasks, map_traffic, map_versions, map_zones
+from robots.cli.verbs import map_graphs, map_merge, map_tasks, map_traffic, map_versions, map_zones
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.cloud_url import path_of
 
@@ -73,6 +73,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     map_tasks.configure(verbs)
     map_traffic.configure(verbs)
     map_zones.configure(verbs)
+    map_graphs.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
 
 
@@ -212,5 +213,7 @@ _VERBS = {
     "refuse": map_versions.refuse,
     "traffic": map_traffic.traffic,
     "zones": map_zones.zones,
+    "import-graph": map_graphs.import_graph,
+    "export-graph": map_graphs.export_graph,
     "task": map_tasks.task,
 }

@@ -2,12 +2,17 @@
 
 import argparse
 import time
-from typing import Any
+from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.client.cloud_url import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
 
 COLUMNS = ("id", "kind", "priority", "state", "robot", "visited", "reason")
 ALL_COLUMNS = (*COLUMNS, "places", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended")
@@ -42,11 +47,11 @@ def _add_task_arguments(added: argparse.ArgumentParser) -> None:
     added.add_argument(
         "--at",
         nargs="+",
-        type=float,
         action="append",
         required=True,
-        metavar="NUMBER",
-        help="a place: x, y [m] and, optionally, yaw [rad]; once for go_to, twice for pick_drop, again for a patrol",
+        metavar="PLACE",
+        help="a place: x, y [m] and, optionally, yaw [rad], or the name of a station of the map; once for go_to, twice "
+        "for pick_drop, again for a patrol",
     )
     added.add_argument("--rounds", type=int, help="rounds of a patrol (1)")
     added.add_argument("--priority", type=int, help="tasks of a higher one go first (0)")
@@ -64,7 +69,8 @@ async def _add(arguments: argparse.Namespace) -> None:
     from asyncio import sleep  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     client = logged_in(arguments)
-    found = await client.post(path_of("maps", arguments.id, "tasks"), _body(arguments))
+    places = await places_of(client, arguments.id, arguments.at)
+    found = await client.post(path_of("maps", arguments.id, "tasks"), _body(arguments, places))
     while arguments.wait and found["state"] in OPEN:
         await sleep(POLL)
         found = await client.get(path_of("maps", arguments.id, "tasks", found["id"]))
@@ -73,8 +79,48 @@ async def _add(arguments: argparse.Namespace) -> None:
         raise Unavailable(f"the task is not done: {found['state']}: {found['reason'] or 'no reason was given'}")
 
 
-def _body(arguments: argparse.Namespace) -> dict[str, Any]:
-    fields = {"kind": arguments.kind, "places": arguments.at, "rounds": arguments.rounds}
+async def places_of(client: "RestClient", map_id: str, given: Sequence[Sequence[str]]) -> list[list[float]]:
+    """Return places that are given as numbers or as names of stations of a map.
+
+    Raises
+    ------
+    InvalidInput
+        The map has no station of that name; the text has those that it has.
+    """
+    numbers = [_numbers(words) for words in given]
+    if None not in numbers:
+        return [place for place in numbers if place is not None]
+    zones = await client.get(path_of("maps", map_id, "zones"))
+    stations = {zone["properties"]["name"]: zone for zone in zones["features"] if _is_station(zone)}
+    return [
+        place if place is not None else _station(stations, " ".join(words), map_id)
+        for place, words in zip(numbers, given, strict=True)
+    ]
+
+
+def _numbers(words: Sequence[str]) -> list[float] | None:
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        return None
+
+
+def _is_station(zone: dict[str, Any]) -> bool:
+    return bool(zone["properties"]["kind"] == "station")
+
+
+def _station(stations: dict[str, Any], name: str, map_id: str) -> list[float]:
+    if name not in stations:
+        near = get_close_matches(name, stations, 3, 0.4) or sorted(stations)[:10]
+        known = f"; do you mean {', '.join(map(repr, near))}?" if near else ": it has none; see ppaas map import-graph"
+        raise InvalidInput(f"the map {map_id} has no station {name!r}{known}")
+    x, y = stations[name]["geometry"]["coordinates"][:2]
+    yaw = stations[name]["properties"].get("yaw")
+    return [x, y] if yaw is None else [x, y, yaw]
+
+
+def _body(arguments: argparse.Namespace, places: list[list[float]]) -> dict[str, Any]:
+    fields = {"kind": arguments.kind, "places": places, "rounds": arguments.rounds}
     fields |= {"priority": arguments.priority}
     if arguments.within is not None:
         fields["deadline"] = time.time() + arguments.within

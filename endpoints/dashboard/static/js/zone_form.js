@@ -7,6 +7,7 @@ import { DAYS, KINDS, USUAL, kindsOf } from "./zones_state.js";
 const OFFSET = /(Z|[+-]\d\d:\d\d)$/;
 const DEGREE = Math.PI / 180;
 const LONGEST = 64;
+const TIMELESS = ["lane", "station"];
 
 /** The properties of a zone from what its form says; of a zone that has just become one of another kind, usual ones. @param {Record<string, any>} said */
 export function ruleOf({ name, kind, isLine, times, ...values }) {
@@ -17,7 +18,9 @@ export function ruleOf({ name, kind, isLine, times, ...values }) {
   else if (kind === "one_way") rule.direction = Math.round((values.heading ?? 0) * DEGREE * 1e6) / 1e6;
   if (kind === "one_way" && values.strict) rule.strict = true;
   if (kind === "lane" && values.one_way) rule.one_way = true;
-  if (kind !== "lane" && times.length) rule.times = times;
+  if (kind === "station" && Number.isFinite(values.yaw)) rule.yaw = values.yaw;
+  if (kind === "station" && values.uses?.length) rule.uses = values.uses;
+  if (!TIMELESS.includes(kind) && times.length) rule.times = times;
   if (rule.times && values.time_zone) rule.time_zone = values.time_zone;
   return rule;
 }
@@ -95,9 +98,9 @@ export class ZoneForm {
     return corners === null ? [] : [this.#field("corners", "Corners: x y, x y … [m]", { value: corners, required: true, autocomplete: "off", spellcheck: false })];
   }
 
-  /** The hours of a zone, and a button that adds some; a lane is always in force. */
+  /** The hours of a zone, and a button that adds some; a lane is always in force, and a station is no rule. */
   #timesFields({ kind, times = [] }) {
-    if (kind === "lane") return [];
+    if (TIMELESS.includes(kind)) return [];
     const rows = make("div", { className: "zone-times" }, ...times.map((hours) => this.#hoursFields(hours)));
     const more = make("button", { className: "link", type: "button", textContent: "Add hours", onclick: () => { rows.append(this.#hoursFields({ from: "08:00", to: "18:00" })); this.#tell(); } });
     return [rows, more];
@@ -138,7 +141,7 @@ export class ZoneForm {
     const values = Object.entries(this.#fields).map(([name, field]) => [name, { checkbox: field.checked, number: field.valueAsNumber }[field.type] ?? field.value]);
     const times = this.#hours.map(({ boxes, from, to, since, until }) =>
       hoursOf({ days: boxes.filter(({ checked }) => checked).map(({ value }) => value), from: from.value, to: to.value, since: since.value, until: until.value }));
-    const { time_zone } = this.#zone.properties;
-    return { ...Object.fromEntries(values), time_zone, isLine: linesOf(this.#zone.geometry).length > 0, times };
+    const { time_zone, yaw, uses } = this.#zone.properties;
+    return { ...Object.fromEntries(values), time_zone, yaw, uses, isLine: linesOf(this.#zone.geometry).length > 0, times };
   }
 }

@@ -12,15 +12,24 @@ export function linesOf({ type, coordinates }) {
   return type === "MultiLineString" ? coordinates : [];
 }
 
+/** The place of a station; null of other geometries. @param {{type: string, coordinates: any}} geometry @returns {number[] | null} */
+export function pointOf({ type, coordinates }) {
+  return type === "Point" ? coordinates : null;
+}
+
 /** Whether a point lies in a zone, or in reach of its lines. @param {{x: number, y: number}} point @param {number} reach [m] */
 export function within({ geometry, properties }, { x, y }, reach) {
   const half = Math.max((properties.width ?? 0) / 2, reach);
+  const place = pointOf(geometry);
+  if (place) return Math.hypot(place[0] - x, place[1] - y) <= reach;
   const onLine = linesOf(geometry).some((line) => line.slice(1).some((end, i) => toSegment(line[i], end, x, y) <= half));
   return onLine || polygonsOf(geometry).some((rings) => rings.reduce((inside, ring) => inside !== inRing(ring, x, y), false));
 }
 
 /** Where the name of a zone stands: in the middle of its first polygon, or of its first line. @returns {{x: number, y: number}} */
 export function middleOf(geometry) {
+  const place = pointOf(geometry);
+  if (place) return { x: place[0], y: place[1] };
   const [line] = linesOf(geometry);
   if (line) {
     const at = Math.floor((line.length - 1) / 2);
@@ -31,8 +40,9 @@ export function middleOf(geometry) {
   return { x: middle(0), y: middle(1) };
 }
 
-/** The corners of a zone that is one ring or one line, as text; null of one that has more. @returns {string | null} */
+/** The corners of a zone that is one ring, one line or a point, as text; null of one that has more. @returns {string | null} */
 export function cornersOf({ type, coordinates }) {
+  if (type === "Point") return coordinates.slice(0, 2).join(" ");
   const places = type === "LineString" ? coordinates : type === "Polygon" && coordinates.length === 1 ? opened(coordinates[0]) : null;
   return places && places.map(([x, y]) => `${x} ${y}`).join(", ");
 }
@@ -40,6 +50,7 @@ export function cornersOf({ type, coordinates }) {
 /** The geometry with other corners, from text as "x y, x y"; null if the text has no such corners. */
 export function withCorners({ type }, text) {
   const places = text.split(",").map((place) => place.trim().split(/\s+/).map(Number));
+  if (type === "Point") return places.length === 1 && places[0].length === 2 && places[0].every(Number.isFinite) ? { type, coordinates: places[0] } : null;
   if (places.length < (type === "LineString" ? 2 : 3) || !places.every((place) => place.length === 2 && place.every(Number.isFinite))) return null;
   return geometryOf(places, type === "LineString");
 }

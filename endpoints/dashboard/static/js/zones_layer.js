@@ -1,7 +1,7 @@
 /** Draws zones on the map, below everything else: a colour for each kind, hatched where robots may not be or stand. */
 
 import { label } from "./shapes.js";
-import { linesOf, middleOf, polygonsOf } from "./zone_shapes.js";
+import { linesOf, middleOf, pointOf, polygonsOf } from "./zone_shapes.js";
 import { valueOf } from "./zones_state.js";
 
 const TINT = { in: 0.2, out: 0.07, picked: 0.34 }; // opacity
@@ -12,6 +12,7 @@ const ARROW = 9; // pixels
 const LEGIBLE = 44; // pixels that a zone is wide to have a name
 const DASH = [7, 5];
 const LANE = { width: 3, picked: 5 }; // pixels
+const STATION = { radius: 5, picked: 7, heading: 14 }; // pixels
 const CROSS = 9; // pixels from the middle of a cross to its ends
 
 export class ZonesLayer {
@@ -67,14 +68,13 @@ export class ZonesLayer {
     };
     for (const line of linesOf(geometry)) drawLine(context, view, line, properties, look);
     for (const rings of polygonsOf(geometry)) drawPolygon(context, view, rings, properties, look);
+    if (pointOf(geometry)) drawStation(context, view, pointOf(geometry), properties.yaw, look.colour, picked);
     context.globalAlpha = 1;
   }
 
   #drawName(context, view, { geometry, properties }, index) {
     const picked = index === this.#state.picked;
-    const places = [...polygonsOf(geometry).flat(), ...linesOf(geometry)].flat();
-    const { left, right } = boxOf(places.map(([x, y]) => ({ x, y })));
-    if ((right - left) * view.scale < LEGIBLE && !picked) return;
+    if (!picked && !pointOf(geometry) && !isLegible(geometry, view)) return;
     const { x, y } = view.toScreen(middleOf(geometry));
     context.globalAlpha = this.#state.standing(index) === "not in force" ? STROKE.out : 1;
     label(context, properties.name, x, y - 14, this.#theme.ink, this.#theme.halo, picked);
@@ -106,6 +106,28 @@ export class ZonesLayer {
     pen(context, this.#theme.ink, 1, []);
     context.stroke();
   }
+}
+
+function isLegible(geometry, view) {
+  const places = [...polygonsOf(geometry).flat(), ...linesOf(geometry)].flat();
+  const { left, right } = boxOf(places.map(([x, y]) => ({ x, y })));
+  return (right - left) * view.scale >= LEGIBLE;
+}
+
+/** A dot, with a line in the heading of a robot that stands there. */
+function drawStation(context, view, [placeX, placeY], yaw, colour, picked) {
+  const { x, y } = view.toScreen({ x: placeX, y: placeY });
+  context.globalAlpha = 1;
+  context.beginPath();
+  context.arc(x, y, picked ? STATION.picked : STATION.radius, 0, 2 * Math.PI);
+  context.fillStyle = colour;
+  context.fill();
+  if (!Number.isFinite(yaw)) return;
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(x + STATION.heading * Math.cos(yaw), y - STATION.heading * Math.sin(yaw));
+  pen(context, colour, 2, []);
+  context.stroke();
 }
 
 function drawPolygon(context, view, rings, { kind, direction }, { colour, tint, stroke, dash, width }) {

@@ -7,7 +7,8 @@ import { KINDS, told } from "./zones_state.js";
 
 const PRESENCES = { "in force": "online", "not in force": "offline", "not saved": "silent" };
 /** What may be drawn: zones of all kinds, and both kinds of lines. */
-const SHAPES = { ...KINDS, one_way: "One way, an area", one_way_line: "One way, a line" };
+const { station: _station, ...DRAWN } = KINDS; // stations come with graphs and files
+const SHAPES = { ...DRAWN, one_way: "One way, an area", one_way_line: "One way, a line" };
 const KINDS_OF_LINES = { lane: "lane", one_way_line: "one_way" };
 
 /** What the user may do next, in words. @param {import("./zone_shapes.js").Drawing} drawing */

@@ -3,16 +3,17 @@
  *
  * @typedef {{days?: string[], from?: string, to?: string, since?: string, until?: string}} Hours
  * @typedef {{name: string, kind: string, times?: Hours[], max_speed?: number, percent?: number, direction?: number,
- *            width?: number, strict?: boolean, one_way?: boolean, robots?: number, time_zone?: string}} Rule
+ *            width?: number, strict?: boolean, one_way?: boolean, robots?: number, time_zone?: string, yaw?: number, uses?: string[]}} Rule
  * @typedef {{type: "Feature", geometry: {type: string, coordinates: any[]}, properties: Rule}} Zone
  * @typedef {{type: "FeatureCollection", features: Zone[], time_zone?: string, in_force?: string[]}} Zones
  * @typedef {{zone: string, text: string, place: [number, number] | null}} Fault
  */
 
-import { linesOf, oriented, polygonsOf, within } from "./zone_shapes.js";
+import { linesOf, oriented, pointOf, polygonsOf, within } from "./zone_shapes.js";
 
-export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane" };
+export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane", station: "Station" };
 const OF_LINES = ["lane", "one_way"];
+const NOT_OF_AREAS = ["lane", "station"];
 
 export const DAYS = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
 
@@ -22,7 +23,8 @@ const NEW = { speed_limit: { max_speed: USUAL.speed }, capacity: { robots: USUAL
 
 /** Kinds that a zone of a geometry may have. @param {Zone["geometry"]} geometry @returns {string[]} */
 export function kindsOf(geometry) {
-  return linesOf(geometry).length ? OF_LINES : Object.keys(KINDS).filter((kind) => kind !== "lane");
+  if (pointOf(geometry)) return ["station"];
+  return linesOf(geometry).length ? OF_LINES : Object.keys(KINDS).filter((kind) => !NOT_OF_AREAS.includes(kind));
 }
 
 /** The value of a rule; empty if it has none. @param {Rule} rule */
@@ -39,8 +41,8 @@ function numberOf({ kind, max_speed: speed, percent, robots, direction, width })
 }
 
 /** What a rule says beside its number. @param {Rule} rule */
-function wordsOf({ kind, strict, one_way: oneWay }) {
-  return [strict && "strict", kind === "lane" && oneWay && "one way"].filter(Boolean);
+function wordsOf({ kind, strict, one_way: oneWay, uses }) {
+  return [strict && "strict", kind === "lane" && oneWay && "one way", ...(uses ?? [])].filter(Boolean);
 }
 
 /** When a zone is in force, in words; empty if always. @param {Hours[] | undefined} times */

@@ -13,6 +13,7 @@ from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.zone import (
     MOST_CAPACITIES,
     MOST_ON_LANES,
+    MOST_STATIONS,
     MOST_POSITIONS,
     MOST_ZONES,
     NO_ZONES,
@@ -25,6 +26,7 @@ from ppaas.zones.zone import (
 from tests.support.world.zones import zone_sets
 
 SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
+POINT = {"type": "Point", "coordinates": [3, 4]}
 LINE = {"type": "LineString", "coordinates": [[0, 0], [1, 0]]}
 
 
@@ -96,7 +98,18 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "no features": ('{"type": "FeatureCollection"}', "missing required field `features`"),
     "deep properties": (text(feature(_x=0)).replace("0}", "[" * 100_000 + "]" * 100_000 + "}"), "nested too deeply"),
     "no geometry": (text(feature(None)), "zone 'a' (features[0].geometry) has no geometry: draw a polygon"),
-    "a point": (text(feature({"type": "Point", "coordinates": [0, 0]})), "Invalid value 'Point'"),
+    "a point": (text(feature(POINT)), "a station is a point, and all other zones are areas or lines"),
+    "a station that is an area": (text(feature(kind="station")), "a station is a point"),
+    "a station with times": (text(feature(POINT, kind="station", times=[{}])), "a station has no times"),
+    "a station for what nobody does": (
+        text(feature(POINT, kind="station", uses=["sing"])),
+        "Invalid enum value 'sing'",
+    ),
+    "too many stations": (
+        text(*(feature(POINT, name=f"s{n}", kind="station") for n in range(MOST_STATIONS + 1))),
+        f"a map may have {MOST_STATIONS} stations, not {MOST_STATIONS + 1}",
+    ),
+    "many points": (text(feature({"type": "MultiPoint", "coordinates": [[0, 0]]})), "Invalid value 'MultiPoint'"),
     "no properties": (text({"type": "Feature", "geometry": SQUARE, "properties": None}), "features[0].properties"),
     "a position of one number": (text(feature(polygon([0], [1, 0], [1, 1]))), "a position must be x, y in metres"),
     "a text in a position": (text(feature(polygon(["x", 0], [1, 0], [1, 1]))), "Expected `float`, got `str`"),

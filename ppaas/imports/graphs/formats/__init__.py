@@ -1,0 +1,1 @@
+"""Formats of graphs and layouts: read into graphs of routes, and written."""

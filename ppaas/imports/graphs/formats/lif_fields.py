@@ -1,0 +1,182 @@
+"""Fields of LIF, the Layout Interchange Format of the VDMA, and what a file has that they do not allow.
+
+Versions 0.11, 1.0 and, as drafts of December 2025 and January 2026, 2.0. A field is known if one of them has it; it is
+required, or has a value of another type, by version 1.0, which files say that they are.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from ppaas.imports.graphs.gathered import GatheredNotes
+
+
+class Field(NamedTuple):
+    """Field of an object.
+
+    Parameters
+    ----------
+    kind : str
+        ``text``, ``number``, ``truth``, ``texts``, ``numbers``, an object by name, or a list of such: ``[node]``.
+    required : bool
+    choices : tuple of str
+        Values that a text may have; any if empty.
+    """
+
+    kind: str
+    required: bool = False
+    choices: tuple[str, ...] = ()
+
+
+_ROTATIONS = ("NONE", "CCW", "CW", "BOTH")
+_TEXT, _NUMBER, _TRUTH = Field("text"), Field("number"), Field("truth")
+_KEY = Field("text", required=True)
+_X = Field("number", required=True)
+
+FIELDS: Mapping[str, Mapping[str, Field]] = {
+    "lif": {"metaInformation": Field("meta", required=True), "layouts": Field("[layout]", required=True)},
+    "meta": {"projectIdentification": _KEY, "creator": _KEY, "exportTimestamp": _KEY, "lifVersion": _KEY},
+    "layout": {
+        "layoutId": _KEY, "layoutName": _TEXT, "layoutVersion": _KEY, "layoutLevelId": _TEXT,
+        "layoutDescription": _TEXT, "nodes": Field("[node]", required=True), "edges": Field("[edge]", required=True),
+        "stations": Field("[station]", required=True),
+    },
+    "node": {
+        "nodeId": _KEY, "nodeName": _TEXT, "nodeDescription": _TEXT, "mapId": _TEXT,
+        "nodePosition": Field("position", required=True),
+        "vehicleTypeNodeProperties": Field("[node of a vehicle]", required=True),
+    },
+    "position": {"x": _X, "y": _X, "theta": _NUMBER},
+    "node of a vehicle": {"vehicleTypeId": _KEY, "theta": _NUMBER, "actions": Field("[action]")},
+    "action": {
+        "actionType": _KEY, "actionDescription": _TEXT, "required": _TRUTH,
+        "requirementType": Field("text", choices=("REQUIRED", "CONDITIONAL", "OPTIONAL")),
+        "blockingType": Field("text", required=True, choices=("NONE", "SOFT", "SINGLE", "HARD")),
+        "actionParameters": Field("[parameter]"),
+    },
+    "parameter": {"key": _KEY, "value": _KEY},
+    "edge": {
+        "edgeId": _KEY, "edgeName": _TEXT, "edgeDescription": _TEXT, "startNodeId": _KEY, "endNodeId": _KEY,
+        "vehicleTypeEdgeProperties": Field("[edge of a vehicle]", required=True),
+    },
+    "edge of a vehicle": {
+        "vehicleTypeId": _KEY, "vehicleOrientation": _NUMBER, "vehicleOrientations": Field("numbers"),
+        "orientationType": Field("text", choices=("GLOBAL", "TANGENTIAL")), "rotationAllowed": _TRUTH,
+        "reachOrientationBeforeEntering": _TRUTH,
+        "rotationAtStartNodeAllowed": Field("text", choices=_ROTATIONS),
+        "rotationAtEndNodeAllowed": Field("text", choices=_ROTATIONS),
+        "maxSpeed": _NUMBER, "maxRotationSpeed": _NUMBER, "minHeight": _NUMBER, "maxHeight": _NUMBER,
+        "loadRestriction": Field("load"), "actions": Field("[action]"), "trajectory": Field("trajectory"),
+        "reentryAllowed": _TRUTH, "allowedDeviationXY": Field("deviation"), "corridor": Field("corridor"),
+        "physicalLineGuided": _TRUTH,
+    },
+    "load": {
+        "unloaded": Field("truth", required=True), "loaded": Field("truth", required=True),
+        "loadSetNames": Field("texts"),
+    },
+    "trajectory": {
+        "degree": _NUMBER, "knotVector": Field("numbers", required=True),
+        "controlPoints": Field("[control point]", required=True),
+    },
+    "control point": {"x": _X, "y": _X, "weight": _NUMBER},
+    "deviation": {"a": _X, "b": _X, "theta": _X},
+    "corridor": {"maximumLeftWidth": _X, "maximumRightWidth": _X, "corridorReferencePoint": _TEXT},
+    "station": {
+        "stationId": _KEY, "interactionNodeIds": Field("texts", required=True), "stationName": _TEXT,
+        "stationDescription": _TEXT, "stationHeight": _NUMBER, "stationPosition": Field("position"),
+    },
+}  # fmt: skip
+"""Fields by the name of their object."""
+
+_KINDS: Mapping[str, str] = {"text": "a text", "number": "a number", "truth": "true or false"}
+
+
+def check_fields(tree: Any, notes: GatheredNotes) -> None:
+    """Note what a file has that the format does not allow; nothing of it is refused for that.
+
+    Parameters
+    ----------
+    tree : object
+        Decoded file.
+    notes : GatheredNotes
+        Takes the faults.
+    """
+    for part, text in _faults(tree, "lif", ""):
+        notes.translated(part, f"breaks the schema of LIF: {text}")
+
+
+def _faults(given: Any, kind: str, part: str) -> Iterator[tuple[str, str]]:
+    """Yield where a value breaks the format, and how."""
+    if kind.startswith("["):
+        if not isinstance(given, list):
+            yield part, "it must be a list"
+            return
+        for at, each in enumerate(given):
+            yield from _faults(each, kind[1:-1], f"{part}[{at}]")
+        return
+    if kind not in FIELDS:
+        yield from ((part, text) for text in [_wrong(given, kind)] if text)
+    elif not isinstance(given, dict):
+        yield part or "file", "it must be an object"
+    else:
+        yield from _faults_of_fields(given, kind, part)
+
+
+def _faults_of_fields(given: Mapping[str, Any], kind: str, part: str) -> Iterator[tuple[str, str]]:
+    for name, field in FIELDS[kind].items():
+        where = f"{part}.{name}" if part else name
+        if name in given:
+            yield from _faults(given[name], field.kind, where)
+            if field.choices and given[name] not in field.choices:
+                yield where, f"it must be one of {', '.join(field.choices)}"
+        elif field.required:
+            yield where, "it is missing"
+    for name in given.keys() - FIELDS[kind].keys():
+        known = f"; {name.strip()} is" if name.strip() in FIELDS[kind] else ""
+        yield (f"{part}.{name}" if part else name), f"no field of LIF{known}"
+
+
+def _wrong(given: Any, kind: str) -> str:
+    """Return why a value is not of a kind; empty if it is."""
+    if kind in ("texts", "numbers"):
+        of = kind[:-1]
+        return "" if isinstance(given, list) and not any(_wrong(each, of) for each in given) else f"it must have {kind}"
+    types: Mapping[str, tuple[type, ...]] = {"text": (str,), "number": (int, float), "truth": (bool,)}
+    fits = isinstance(given, types[kind]) and (kind == "truth" or not isinstance(given, bool))
+    return "" if fits else f"it must be {_KINDS[kind]}"
+
+
+# -- values, read leniently --------------------------------------------------------------------------------------------
+
+
+def objects(given: Any, name: str) -> list[tuple[int, Mapping[str, Any]]]:
+    """Return the objects in a list of an object, each with its number; none if it has no such list."""
+    found = field(given, name)
+    return [(at, each) for at, each in enumerate(found) if isinstance(each, dict)] if isinstance(found, list) else []
+
+
+def field(given: Any, name: str) -> Any:
+    """Return a field of an object, also if its name has spaces around it; None if it has none."""
+    if not isinstance(given, dict):
+        return None
+    if name in given:
+        return given[name]
+    return next((value for key, value in given.items() if key.strip() == name), None)
+
+
+def text(given: Any, name: str) -> str:
+    """Return a field as text; empty if it has none. Numbers are text, too."""
+    found = field(given, name)
+    return str(found).strip() if isinstance(found, str | int | float) and not isinstance(found, bool) else ""
+
+
+def number(given: Any, name: str) -> float | None:
+    """Return a field as a finite number, also if it is text; None if it is none."""
+    found = field(given, name)
+    if isinstance(found, bool) or not isinstance(found, str | int | float):
+        return None
+    try:
+        value = float(found)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

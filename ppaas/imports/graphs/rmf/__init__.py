@@ -1,0 +1,1 @@
+"""Buildings and navigation graphs of Open-RMF."""

@@ -1,0 +1,47 @@
+"""Navigation graphs of Open-RMF, which are in metres already."""
+
+from typing import Any
+
+import pytest
+import yaml
+
+from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.reading import import_graph, read_graph
+from ppaas.imports.graphs.route_graph import GraphOptions
+from tests.support.graphs import NO_EFFECT, REFUSED, segments_of, texts
+
+
+def nav_graph(**members: Any) -> bytes:
+    floor = {
+        "vertices": [
+            [1.5, -2.0, {"name": "ramp", "is_holding_point": True}],
+            [4.5, -2.0, {"name": ""}],
+            [4.5, -6.0, {"name": ""}],
+        ],
+        "lanes": [
+            [0, 1, {"is_bidirectional": True, "door_name": "gate"}],
+            [1, 2, {"speed_limit": 0.3}],
+            [2, 7, {}],
+            "x",
+        ],
+    }
+    return yaml.safe_dump(
+        {"building_name": "shop", "levels": {"B1": {"lanes": [], "vertices": []}, "L1": floor}} | members
+    ).encode()
+
+
+def test_lanes_are_one_way_unless_they_say_otherwise() -> None:
+    zones, report = import_graph(nav_graph(doors={"gate": {}}, offset=[1, 2]), "0.yaml")
+    assert segments_of(zones) == {((1.5, -2.0), (4.5, -2.0)), ((4.5, -2.0), (1.5, -2.0)), ((4.5, -2.0), (4.5, -6.0))}
+    assert [zone.rule.uses for zone in zones.stations] == [["wait"]]
+    nothing, refused = texts(report, NO_EFFECT), texts(report, REFUSED)
+    assert nothing["levels.B1"] == "another floor, without lanes; import it with --level B1"
+    assert nothing["levels.L1.lanes[0].door_name"].startswith("doors have no effect")
+    assert {"doors", "offset"} <= nothing.keys()
+    assert refused["levels.L1.lanes[2]"] == "no node has the id 7"
+    assert refused["levels.L1.lanes[3]"] == "a lane is [from, to, {…}]"
+
+
+def test_a_floor_is_chosen_by_name() -> None:
+    with pytest.raises(InvalidInput, match="has no level 'L9': it has B1, L1"):
+        read_graph(nav_graph(), "0.yaml", GraphOptions(level="L9"))
