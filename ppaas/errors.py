@@ -133,16 +133,6 @@ class InvalidZones(InvalidInput):
         self.faults = tuple(faults)
 
 
-class LaneConflict(InvalidInput):
-    """Lanes are too near to each other or too short for robots; ``lanes`` names those that are in conflict."""
-
-    lanes: tuple[str, ...] = ()
-
-    def __init__(self, text: str, lanes: Sequence[str]) -> None:
-        super().__init__(text)
-        self.lanes = tuple(lanes)
-
-
 class InvalidGraph(InvalidInput):
     """A pose graph or the text of one is invalid."""
 

@@ -34,7 +34,7 @@ def check_depth(content: bytes, source: str) -> None:
         if isinstance(event, _BEGINS):
             depth += 1
             if depth > MAX_DEPTH:
-                line = event.start_mark.line + 1
-                raise InvalidInput(f"{source} is nested more than {MAX_DEPTH} deep, in line {line}")
+                where = "" if event.start_mark is None else f", in line {event.start_mark.line + 1}"
+                raise InvalidInput(f"{source} is nested more than {MAX_DEPTH} deep{where}")
         elif isinstance(event, _ENDS):
             depth -= 1

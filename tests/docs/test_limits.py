@@ -94,12 +94,16 @@ ROWS = {
     ("YAML of a map", "brackets, and levels of nesting"): [yaml_keys.MAX_BRACKETS, f"and {yaml_keys.MAX_DEPTH};"],
     ("[zones](zones.md) of a map", "size"): [size(MAX_ZONES), size(SETTINGS.max_body)],
     ("lanes of a map", "cells along them"): [MOST_CELLS],
-    ("zones of a map", "zones, positions of all, positions of lanes, zones of the kind `capacity`, hours of a zone"): [
+    (
+        "zones of a map",
+        "zones, positions of all, positions of lanes, zones of the kind `capacity`, hours of a zone, stations",
+    ): [
         zone.MOST_ZONES,
         zone.MOST_POSITIONS,
         zone.MOST_ON_LANES,
         zone.MOST_CAPACITIES,
         zone.MOST_HOURS,
+        zone.MOST_STATIONS,
     ],
     ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
     ("image of a map", "pixels of PGM and PPM"): [

@@ -13,7 +13,16 @@ from ppaas.maps.formats.map_files import read_info
 from ppaas.zones.gate import check_on_map
 from ppaas.zones.reading import EDITORS, KEYS, STYLES, zones_of
 from ppaas.zones.schedule import DAYS, Hours
-from ppaas.zones.zone import LONGEST_NAME, MOST_CAPACITIES, MOST_ON_LANES, MOST_POSITIONS, MOST_ZONES, AnyRule, Lane
+from ppaas.zones.zone import (
+    LONGEST_NAME,
+    MOST_CAPACITIES,
+    MOST_ON_LANES,
+    MOST_POSITIONS,
+    MOST_STATIONS,
+    MOST_ZONES,
+    AnyRule,
+    Lane,
+)
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import operations
@@ -69,7 +78,8 @@ def test_the_fields_and_days_of_times_are_those_of_the_code(page: str) -> None:
 
 
 def test_the_numbers_and_ignored_properties_are_those_of_the_code(page: str) -> None:
-    limits = f"{MOST_ZONES} zones with {MOST_POSITIONS} positions together, of which {MOST_ON_LANES} are of lanes, and"
+    limits = f"{MOST_STATIONS} stations, and {MOST_ZONES} other zones with {MOST_POSITIONS} positions together"
+    limits += f", of which {MOST_ON_LANES} are of lanes, and"
     assert f"up to {limits} {MOST_CAPACITIES} zones of" in page
     assert f"of up to {LONGEST_NAME} characters" in page
     assert f"of up to {MAX_ZONES >> 20} MiB" in page

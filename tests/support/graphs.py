@@ -1,10 +1,11 @@
 """Graphs and layouts of other programs for tests, in numbers of our own."""
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, Place, RouteGraph
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, Place, RouteGraph
 from ppaas.imports.report import ImportOutcome, ImportReport
 from ppaas.zones.shapes import lines_of
 from ppaas.zones.zone import Lane, ZoneSet
@@ -88,7 +89,7 @@ def segments_of(zones: ZoneSet) -> set[tuple[Place, Place]]:
         assert isinstance(zone.rule, Lane)
         for line in lines_of(zone.geometry):
             places = [(x, y) for x, y in line]
-            pairs = list(zip(places, places[1:], strict=False))
+            pairs = list(itertools.pairwise(places))
             found |= set(pairs) if zone.rule.one_way else {*pairs, *((other, one) for one, other in pairs)}
     return found
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import msgspec
 
 from ppaas.fleet.lane_drawing import JOINS
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import SAME, GraphEdge, Place, RouteGraph, points_of
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import SAME, GraphEdge, Place, RouteGraph, points_of
 
 _ONE_PLACE = "its ends are less than 0.1 m apart, one place for robots: no lane is needed"
 assert JOINS == 0.1
@@ -41,8 +41,8 @@ class Link(msgspec.Struct):
     groups: tuple[str, ...] = ()
 
 
-class Links(NamedTuple):
-    """Links of a graph.
+class LinkedPlaces(NamedTuple):
+    """LinkedPlaces of a graph.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Links(NamedTuple):
     links: list[Link]
 
 
-def links_of(graph: RouteGraph, notes: GatheredNotes) -> Links:
+def links_of(graph: RouteGraph, notes: GatheredNotes) -> LinkedPlaces:
     """Return the links of a graph: nodes in one place are one, and edges back and forth on one line are one.
 
     Parameters
@@ -89,7 +89,7 @@ def links_of(graph: RouteGraph, notes: GatheredNotes) -> Links:
         else:
             found[forth] = link = Link(start, end, points, one_way=True, name=edge.name)
         _take_limits(link, edge)
-    return Links(names, list(found.values()))
+    return LinkedPlaces(names, list(found.values()))
 
 
 def _without_repeats(points: list[Place]) -> list[Place]:
@@ -113,8 +113,8 @@ def _take_limits(link: Link, edge: GraphEdge) -> None:
         link.groups = (*link.groups, edge.group)
 
 
-class Chain(NamedTuple):
-    """Links one after the other, between which nothing branches off.
+class LaneChain(NamedTuple):
+    """LinkedPlaces one after the other, between which nothing branches off.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Chain(NamedTuple):
         return [self.links[0].points[0], *(point for link in self.links for point in link.points[1:])]
 
 
-def chains_of(links: list[Link]) -> list[Chain]:
+def chains_of(links: list[Link]) -> list[LaneChain]:
     """Return the chains of links, in the order of the first link of each."""
     near: dict[int, list[int]] = {}
     for number, link in enumerate(links):
@@ -149,7 +149,7 @@ def chains_of(links: list[Link]) -> list[Chain]:
         behind = list(_walk(links, near, left, link.end, number, forth=True))
         before = [] if behind and behind[-1].end == link.start else _before(links, near, left, link, number)
         ordered = [*before, link, *behind]
-        found.append(Chain([ordered[0].start, *(each.end for each in ordered)], ordered, link.one_way))
+        found.append(LaneChain([ordered[0].start, *(each.end for each in ordered)], ordered, link.one_way))
     return found
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.imports.graphs.route_graph import RouteGraph
+from ppaas.imports.graphs.model.route_graph import RouteGraph
 from ppaas.imports.report import ImportReport
 
 NAMED = 5

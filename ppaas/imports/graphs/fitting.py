@@ -3,13 +3,12 @@
 import msgspec
 import numpy as np
 
-from ppaas.errors import LaneConflict
 from ppaas.fleet.lane_drawing import DrawnLane, network_of
-from ppaas.fleet.lane_placing import placed_on
+from ppaas.fleet.lane_placing import LaneConflict, placed_on
 from ppaas.fleet.lane_roadmap import check_apart
 from ppaas.fleet.robot_sizes import RobotSizes
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, RouteGraph, points_of
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, RouteGraph, points_of
 from ppaas.imports.report import ImportReport
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.zones.zone import MOST_ON_LANES

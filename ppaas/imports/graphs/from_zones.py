@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.fleet.lane_drawing import JOINS, lines_in, network_of
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphStation, RouteGraph
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphStation, RouteGraph
 from ppaas.imports.report import ImportReport
 from ppaas.polygons import Points, distances_to_edges
 from ppaas.zones.shapes import Point

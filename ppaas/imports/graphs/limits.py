@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ppaas.imports.graphs.chains import Chain, Link
-from ppaas.imports.graphs.gathered import GatheredNotes
+from ppaas.imports.graphs.chains import LaneChain, Link
+from ppaas.imports.graphs.model.gathered import GatheredNotes
 
 
-def within_limits(chains: list[Chain], most: int, straight: float, notes: GatheredNotes) -> list[Chain]:
+def within_limits(chains: list[LaneChain], most: int, straight: float, notes: GatheredNotes) -> list[LaneChain]:
     """Return chains with few enough positions.
 
     If there are too many, places on straight parts are left out first, and then the chains that are farthest from the
@@ -16,7 +16,7 @@ def within_limits(chains: list[Chain], most: int, straight: float, notes: Gather
 
     Parameters
     ----------
-    chains : list of Chain
+    chains : list of LaneChain
     most : int
         Largest number of positions.
     straight : float
@@ -44,7 +44,7 @@ def within_limits(chains: list[Chain], most: int, straight: float, notes: Gather
     return [simple[number] for number in sorted(kept)]
 
 
-def _simplified(chain: Chain, straight: float) -> Chain:
+def _simplified(chain: LaneChain, straight: float) -> LaneChain:
     """Return a chain of one link whose corners are farther from its straight parts; its limits are kept by others."""
     import shapely  # noqa: PLC0415 - only imports of graphs need it
 
@@ -61,14 +61,14 @@ def _simplified(chain: Chain, straight: float) -> Chain:
     for link in links:
         simple = shapely.simplify(shapely.LineString(link.points), straight)
         link.points = [(float(x), float(y)) for x, y in simple.coords]
-    return Chain([links[0].start, *(link.end for link in links)], links, chain.one_way)
+    return LaneChain([links[0].start, *(link.end for link in links)], links, chain.one_way)
 
 
 def _limits(link: Link) -> tuple[float | None, float | None, tuple[str, ...]]:
     return link.max_speed, link.percent, link.groups
 
 
-def _from_the_middle(chains: Sequence[Chain]) -> list[int]:
+def _from_the_middle(chains: Sequence[LaneChain]) -> list[int]:
     """Return the numbers of chains: those of the largest connected part first, outwards from its first place."""
     from scipy.sparse import coo_array  # noqa: PLC0415 - only imports of large graphs need it
     from scipy.sparse.csgraph import breadth_first_order, connected_components  # noqa: PLC0415
@@ -86,6 +86,6 @@ def _from_the_middle(chains: Sequence[Chain]) -> list[int]:
     return order
 
 
-def _place(chain: Chain) -> str:
+def _place(chain: LaneChain) -> str:
     x, y = chain.points[0]
     return f"({x:.2f}, {y:.2f})"

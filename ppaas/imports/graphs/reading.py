@@ -4,7 +4,6 @@ import json
 import re
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.cleaning import on_map, without_far_places
 from ppaas.imports.graphs.connectivity import report_connections
 from ppaas.imports.graphs.fitting import fitted
 from ppaas.imports.graphs.formats.dxf_lines import read_dxf
@@ -12,10 +11,11 @@ from ppaas.imports.graphs.formats.json_text import lenient_json
 from ppaas.imports.graphs.formats.lanelet import read_lanelets
 from ppaas.imports.graphs.formats.lif import is_layout, lif_graph_of
 from ppaas.imports.graphs.formats.nav2_route import is_route_graph, route_graph_of
+from ppaas.imports.graphs.model.cleaning import on_map, without_far_places
+from ppaas.imports.graphs.model.route_graph import MAX_FILE, NO_OPTIONS, GraphOptions, ReadGraph, moved
 from ppaas.imports.graphs.rmf.building import building_graph_of
 from ppaas.imports.graphs.rmf.fields import load_yaml
 from ppaas.imports.graphs.rmf.nav_graph import is_nav_graph, nav_graph_of
-from ppaas.imports.graphs.route_graph import MAX_FILE, NO_OPTIONS, GraphOptions, ReadGraph, moved
 from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from ppaas.maps.grid import GridInfo

@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, get_args
 
 from ppaas.fleet.lane_drawing import STRAIGHT
-from ppaas.imports.graphs.chains import Chain, Link, chains_of, links_of
-from ppaas.imports.graphs.gathered import GatheredNotes
+from ppaas.imports.graphs.chains import LaneChain, Link, chains_of, links_of
 from ppaas.imports.graphs.limits import within_limits
-from ppaas.imports.graphs.route_graph import GraphStation, Place, RouteGraph
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphStation, Place, RouteGraph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.gate import checked_zones
 from ppaas.zones.reading import geojson_of
@@ -120,7 +120,7 @@ class _Zones:
 
 
 def _lanes(
-    chains: Sequence[Chain], names: Sequence[str], notes: GatheredNotes
+    chains: Sequence[LaneChain], names: Sequence[str], notes: GatheredNotes
 ) -> Iterator[tuple[str, list[list[Place]], bool]]:
     """Yield the name of each zone of lanes, its lines, and whether they are one way."""
     share = max(math.ceil(len(chains) / (MOST_LANES - 1)), 1)
@@ -133,12 +133,12 @@ def _lanes(
                 yield _name(bundle[0], names), lines, one_way
 
 
-def _name(chain: Chain, names: Sequence[str]) -> str:
+def _name(chain: LaneChain, names: Sequence[str]) -> str:
     start, end = names[chain.places[0]], names[chain.places[-1]]
     return f"{start} - {end}" if start and end else chain.links[0].name
 
 
-def _lines(chain: Chain, notes: GatheredNotes) -> list[list[Place]]:
+def _lines(chain: LaneChain, notes: GatheredNotes) -> list[list[Place]]:
     """Return the line of a chain, or, if that would lead back on itself, those of its links."""
     if not line_fault(chain.points):
         return [chain.points]

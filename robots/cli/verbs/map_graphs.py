@@ -16,7 +16,7 @@ from robots.cli.verbs.map_zones import PUBLISHED, check_zones_picture, draw_zone
 from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
-    from ppaas.imports.graphs.route_graph import GraphOptions
+    from ppaas.imports.graphs.model.route_graph import GraphOptions
     from ppaas.imports.report import ImportReport
     from ppaas.maps.grid import GridInfo, GridMap
     from ppaas.zones.zone import ZoneSet
@@ -48,6 +48,23 @@ def configure(verbs: Any) -> None:
         "--on", type=Path, metavar="MAP.yaml", help="with --dry-run: file of the map, to check the graph against"
     )
     taken.add_argument("--picture", type=Path, metavar="FILE.png", help="draw the lanes, zones and stations on the map")
+    _add_choices(taken)
+    taken.add_argument("--message", help="reason, stored with the version of the map")
+    taken.add_argument("--if-match", metavar="VERSION", help="import only if this is the current version of the map")
+    given = verbs.add_parser(
+        "export-graph", help="write the lanes of a map as a layout of LIF or a route graph of Nav2"
+    )
+    given.add_argument("id", metavar="MAP", help="id of the map")
+    given.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="layout of LIF (.lif.json), or route graph (.geojson)"
+    )
+    given.add_argument("--version", help="those of a version, or a prefix of it (the current one)")
+    given.add_argument("--vehicle", default=VEHICLE, metavar="TYPE", help="type of vehicles in a layout (%(default)s)")
+    for verb in (taken, given):
+        add_session_arguments(verb)
+
+
+def _add_choices(taken: argparse.ArgumentParser) -> None:
     taken.add_argument("--level", metavar="NAME", help="floor or layout (the reference, or the first with lanes)")
     taken.add_argument("--graph", type=int, metavar="N", help="graph of a building of Open-RMF (the first)")
     taken.add_argument("--vehicle", metavar="TYPE", help="type of the vehicles of a layout of LIF (all)")
@@ -71,19 +88,6 @@ def configure(verbs: Any) -> None:
         metavar="M",
         help="of the largest robots [m]: join nodes and leave out edges that are too near to each other for them",
     )
-    taken.add_argument("--message", help="reason, stored with the version of the map")
-    taken.add_argument("--if-match", metavar="VERSION", help="import only if this is the current version of the map")
-    given = verbs.add_parser(
-        "export-graph", help="write the lanes of a map as a layout of LIF or a route graph of Nav2"
-    )
-    given.add_argument("id", metavar="MAP", help="id of the map")
-    given.add_argument(
-        "--out", type=Path, required=True, metavar="FILE", help="layout of LIF (.lif.json), or route graph (.geojson)"
-    )
-    given.add_argument("--version", help="those of a version, or a prefix of it (the current one)")
-    given.add_argument("--vehicle", default=VEHICLE, metavar="TYPE", help="type of vehicles in a layout (%(default)s)")
-    for verb in (taken, given):
-        add_session_arguments(verb)
 
 
 async def import_graph(arguments: argparse.Namespace) -> None:
@@ -147,7 +151,7 @@ def _read(arguments: argparse.Namespace, info: "GridInfo | None") -> tuple["Zone
 
 
 def _options(arguments: argparse.Namespace) -> "GraphOptions":
-    from ppaas.imports.graphs.route_graph import GraphOptions  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from ppaas.imports.graphs.model.route_graph import GraphOptions  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     return GraphOptions(
         level=arguments.level,

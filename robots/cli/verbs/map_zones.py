@@ -201,7 +201,7 @@ def _detail(rule: Zone) -> str | None:
         case {"kind": "lane", "one_way": True}:
             return "one way"
         case _:
-            return None
+            return ", ".join(rule.get("uses", ())) or None
 
 
 def _hours(hours: dict[str, Any]) -> str:

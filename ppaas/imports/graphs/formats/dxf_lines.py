@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.fleet.lane_drawing import DrawnLane, network_of
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph, RouteGraph
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph, RouteGraph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.zone import MOST_ON_LANES
 
@@ -68,7 +69,7 @@ def _document(content: bytes, report: ImportReport) -> Any:
         from ezdxf import recover  # noqa: PLC0415 - only drawings need it
         from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
     except ImportError as error:
-        raise Unavailable("drawings need ezdxf: pip install 'ppaas-cloud[graphs]'") from error
+        raise Unavailable(f"drawings need ezdxf: {install_hint('graphs')}") from error
     try:
         document, auditor = recover.read(io.BytesIO(content))
     except (DXFError, OSError, ValueError, TypeError, IndexError, KeyError, AttributeError) as error:

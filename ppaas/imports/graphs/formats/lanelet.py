@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, Unavailable
-from ppaas.imports.graphs.cleaning import GraphBuilder
-from ppaas.imports.graphs.degrees import metres_around
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph
+from ppaas.imports.graphs.model.cleaning import GraphBuilder
+from ppaas.imports.graphs.model.degrees import metres_around
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph
 from ppaas.imports.report import ImportReport
 
 FOR_OTHERS = ("crosswalk", "stairs", "walkway", "bicycle_lane", "rail")
@@ -63,7 +64,7 @@ def _root(content: bytes, report: ImportReport) -> Any:
     try:
         from defusedxml import DefusedXmlException, ElementTree  # noqa: PLC0415 - only maps of Lanelet2 need it
     except ImportError as error:
-        raise Unavailable("maps of Lanelet2 need defusedxml: pip install 'ppaas-cloud[graphs]'") from error
+        raise Unavailable(f"maps of Lanelet2 need defusedxml: {install_hint('graphs')}") from error
     try:
         root = ElementTree.fromstring(content)
     except (ElementTree.ParseError, DefusedXmlException, ValueError, LookupError) as error:

@@ -12,11 +12,19 @@ from typing import Any
 import numpy as np
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.cleaning import GraphBuilder
 from ppaas.imports.graphs.formats.json_text import lenient_json
 from ppaas.imports.graphs.formats.lif_fields import check_fields, field, number, objects, text
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphOptions, GraphStation, Place, ReadGraph, wrapped
+from ppaas.imports.graphs.model.cleaning import GraphBuilder
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import (
+    GraphEdge,
+    GraphNode,
+    GraphOptions,
+    GraphStation,
+    Place,
+    ReadGraph,
+    wrapped,
+)
 from ppaas.imports.report import ImportReport
 
 USES: Mapping[str, str] = {

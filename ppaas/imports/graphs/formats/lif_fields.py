@@ -8,11 +8,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ppaas.imports.graphs.gathered import GatheredNotes
+from ppaas.imports.graphs.model.gathered import GatheredNotes
 
 
-class Field(NamedTuple):
-    """Field of an object.
+class LifField(NamedTuple):
+    """LifField of an object.
 
     Parameters
     ----------
@@ -29,61 +29,61 @@ class Field(NamedTuple):
 
 
 _ROTATIONS = ("NONE", "CCW", "CW", "BOTH")
-_TEXT, _NUMBER, _TRUTH = Field("text"), Field("number"), Field("truth")
-_KEY = Field("text", required=True)
-_X = Field("number", required=True)
+_TEXT, _NUMBER, _TRUTH = LifField("text"), LifField("number"), LifField("truth")
+_KEY = LifField("text", required=True)
+_X = LifField("number", required=True)
 
-FIELDS: Mapping[str, Mapping[str, Field]] = {
-    "lif": {"metaInformation": Field("meta", required=True), "layouts": Field("[layout]", required=True)},
+FIELDS: Mapping[str, Mapping[str, LifField]] = {
+    "lif": {"metaInformation": LifField("meta", required=True), "layouts": LifField("[layout]", required=True)},
     "meta": {"projectIdentification": _KEY, "creator": _KEY, "exportTimestamp": _KEY, "lifVersion": _KEY},
     "layout": {
         "layoutId": _KEY, "layoutName": _TEXT, "layoutVersion": _KEY, "layoutLevelId": _TEXT,
-        "layoutDescription": _TEXT, "nodes": Field("[node]", required=True), "edges": Field("[edge]", required=True),
-        "stations": Field("[station]", required=True),
+        "layoutDescription": _TEXT, "nodes": LifField("[node]", required=True),
+        "edges": LifField("[edge]", required=True), "stations": LifField("[station]", required=True),
     },
     "node": {
         "nodeId": _KEY, "nodeName": _TEXT, "nodeDescription": _TEXT, "mapId": _TEXT,
-        "nodePosition": Field("position", required=True),
-        "vehicleTypeNodeProperties": Field("[node of a vehicle]", required=True),
+        "nodePosition": LifField("position", required=True),
+        "vehicleTypeNodeProperties": LifField("[node of a vehicle]", required=True),
     },
     "position": {"x": _X, "y": _X, "theta": _NUMBER},
-    "node of a vehicle": {"vehicleTypeId": _KEY, "theta": _NUMBER, "actions": Field("[action]")},
+    "node of a vehicle": {"vehicleTypeId": _KEY, "theta": _NUMBER, "actions": LifField("[action]")},
     "action": {
         "actionType": _KEY, "actionDescription": _TEXT, "required": _TRUTH,
-        "requirementType": Field("text", choices=("REQUIRED", "CONDITIONAL", "OPTIONAL")),
-        "blockingType": Field("text", required=True, choices=("NONE", "SOFT", "SINGLE", "HARD")),
-        "actionParameters": Field("[parameter]"),
+        "requirementType": LifField("text", choices=("REQUIRED", "CONDITIONAL", "OPTIONAL")),
+        "blockingType": LifField("text", required=True, choices=("NONE", "SOFT", "SINGLE", "HARD")),
+        "actionParameters": LifField("[parameter]"),
     },
     "parameter": {"key": _KEY, "value": _KEY},
     "edge": {
         "edgeId": _KEY, "edgeName": _TEXT, "edgeDescription": _TEXT, "startNodeId": _KEY, "endNodeId": _KEY,
-        "vehicleTypeEdgeProperties": Field("[edge of a vehicle]", required=True),
+        "vehicleTypeEdgeProperties": LifField("[edge of a vehicle]", required=True),
     },
     "edge of a vehicle": {
-        "vehicleTypeId": _KEY, "vehicleOrientation": _NUMBER, "vehicleOrientations": Field("numbers"),
-        "orientationType": Field("text", choices=("GLOBAL", "TANGENTIAL")), "rotationAllowed": _TRUTH,
+        "vehicleTypeId": _KEY, "vehicleOrientation": _NUMBER, "vehicleOrientations": LifField("numbers"),
+        "orientationType": LifField("text", choices=("GLOBAL", "TANGENTIAL")), "rotationAllowed": _TRUTH,
         "reachOrientationBeforeEntering": _TRUTH,
-        "rotationAtStartNodeAllowed": Field("text", choices=_ROTATIONS),
-        "rotationAtEndNodeAllowed": Field("text", choices=_ROTATIONS),
+        "rotationAtStartNodeAllowed": LifField("text", choices=_ROTATIONS),
+        "rotationAtEndNodeAllowed": LifField("text", choices=_ROTATIONS),
         "maxSpeed": _NUMBER, "maxRotationSpeed": _NUMBER, "minHeight": _NUMBER, "maxHeight": _NUMBER,
-        "loadRestriction": Field("load"), "actions": Field("[action]"), "trajectory": Field("trajectory"),
-        "reentryAllowed": _TRUTH, "allowedDeviationXY": Field("deviation"), "corridor": Field("corridor"),
+        "loadRestriction": LifField("load"), "actions": LifField("[action]"), "trajectory": LifField("trajectory"),
+        "reentryAllowed": _TRUTH, "allowedDeviationXY": LifField("deviation"), "corridor": LifField("corridor"),
         "physicalLineGuided": _TRUTH,
     },
     "load": {
-        "unloaded": Field("truth", required=True), "loaded": Field("truth", required=True),
-        "loadSetNames": Field("texts"),
+        "unloaded": LifField("truth", required=True), "loaded": LifField("truth", required=True),
+        "loadSetNames": LifField("texts"),
     },
     "trajectory": {
-        "degree": _NUMBER, "knotVector": Field("numbers", required=True),
-        "controlPoints": Field("[control point]", required=True),
+        "degree": _NUMBER, "knotVector": LifField("numbers", required=True),
+        "controlPoints": LifField("[control point]", required=True),
     },
     "control point": {"x": _X, "y": _X, "weight": _NUMBER},
     "deviation": {"a": _X, "b": _X, "theta": _X},
     "corridor": {"maximumLeftWidth": _X, "maximumRightWidth": _X, "corridorReferencePoint": _TEXT},
     "station": {
-        "stationId": _KEY, "interactionNodeIds": Field("texts", required=True), "stationName": _TEXT,
-        "stationDescription": _TEXT, "stationHeight": _NUMBER, "stationPosition": Field("position"),
+        "stationId": _KEY, "interactionNodeIds": LifField("texts", required=True), "stationName": _TEXT,
+        "stationDescription": _TEXT, "stationHeight": _NUMBER, "stationPosition": LifField("position"),
     },
 }  # fmt: skip
 """Fields by the name of their object."""

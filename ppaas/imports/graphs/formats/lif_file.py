@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphStation, RouteGraph
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphStation, RouteGraph
 from ppaas.imports.report import ImportReport
 
 VERSION = "1.0.0"

@@ -12,11 +12,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ppaas.imports.graphs.cleaning import GraphBuilder
-from ppaas.imports.graphs.degrees import are_degrees, metres_around
 from ppaas.imports.graphs.formats.json_text import lenient_json
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import (
+from ppaas.imports.graphs.model.cleaning import GraphBuilder
+from ppaas.imports.graphs.model.degrees import are_degrees, metres_around
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import (
     GraphEdge,
     GraphNode,
     GraphOptions,

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.imports.graphs.gathered import GatheredNotes
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphOptions, Place, ReadGraph, RouteGraph
 from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, levels_of
 from ppaas.imports.graphs.rmf.levels import Building, places_of, raw_place, value_of
 from ppaas.imports.graphs.rmf.nav_graph import chosen_level
-from ppaas.imports.graphs.route_graph import GraphOptions, Place, ReadGraph, RouteGraph
 from ppaas.imports.report import ImportReport
 
 _PARTS: Mapping[str, str] = {

@@ -7,9 +7,9 @@ from typing import Any
 import yaml
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.cleaning import GraphBuilder
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, GraphStation, Place
+from ppaas.imports.graphs.model.cleaning import GraphBuilder
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphStation, Place
 from ppaas.imports.yaml_depth import check_depth
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

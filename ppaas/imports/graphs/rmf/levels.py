@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.degrees import WGS84, metres_around, transformed
+from ppaas.imports.graphs.model.degrees import WGS84, metres_around, transformed
+from ppaas.imports.graphs.model.route_graph import GraphOptions, Place
 from ppaas.imports.graphs.rmf.fields import number
-from ppaas.imports.graphs.route_graph import GraphOptions, Place
 from ppaas.imports.report import ImportReport
 
 IMAGE, MERCATOR, METRES, EARTH = "reference_image", "web_mercator", "cartesian_meters", "wgs84"

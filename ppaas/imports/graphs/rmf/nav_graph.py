@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.gathered import GatheredNotes
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphOptions, ReadGraph
 from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, levels_of, number
-from ppaas.imports.graphs.route_graph import GraphOptions, ReadGraph
 from ppaas.imports.report import ImportReport
 
 

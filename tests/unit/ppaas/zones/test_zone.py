@@ -13,8 +13,8 @@ from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.zone import (
     MOST_CAPACITIES,
     MOST_ON_LANES,
-    MOST_STATIONS,
     MOST_POSITIONS,
+    MOST_STATIONS,
     MOST_ZONES,
     NO_ZONES,
     Capacity,

@@ -11,7 +11,7 @@ from ppaas.fleet.lane_drawing import lines_in, network_of
 from ppaas.fleet.lane_placing import placed_on
 from ppaas.fleet.lane_roadmap import check_apart
 from ppaas.imports.graphs.fitting import fitted
-from ppaas.imports.graphs.route_graph import RouteGraph
+from ppaas.imports.graphs.model.route_graph import RouteGraph
 from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from tests.support.budget import examples

@@ -14,8 +14,8 @@ from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.formats.lif_file import Layout, lif_file
 from ppaas.imports.graphs.formats.nav2_route import nav2_route_file
 from ppaas.imports.graphs.from_zones import graph_of_zones
+from ppaas.imports.graphs.model.route_graph import GraphStation, RouteGraph, points_of
 from ppaas.imports.graphs.reading import import_graph
-from ppaas.imports.graphs.route_graph import GraphStation, RouteGraph, points_of
 from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.shapes import LineString, Point, Polygon

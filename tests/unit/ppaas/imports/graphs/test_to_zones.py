@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.imports.graphs.route_graph import GraphStation, RouteGraph
+from ppaas.imports.graphs.model.route_graph import GraphStation, RouteGraph
 from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.gate import checked_zones

@@ -3,8 +3,8 @@
 import pytest
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.model.route_graph import GraphOptions, points_of
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.imports.graphs.route_graph import GraphOptions, points_of
 from tests.support.graphs import NO_EFFECT, REFUSED, TRANSLATED, segments_of, texts
 
 NODES = {1: (0, 1), 2: (10, 1), 3: (20, 1), 4: (0, -1), 5: (10, -1), 6: (20, -1)}
@@ -15,18 +15,16 @@ def osm(*relations: str, local: bool = True, ways: str = "") -> bytes:
     for key, (x, y) in NODES.items():
         tags = f'<tag k="local_x" v="{x}"/><tag k="local_y" v="{y}"/>' if local else ""
         nodes += f'<node id="{key}" lat="{48 + y * 9e-6:.7f}" lon="{8 + x * 1.34e-5:.7f}">{tags}</node>'
-    lines = {10: (1, 2), 11: (2, 3), 12: (5, 4), 13: (5, 6)}
-    drawn = "".join(
-        f'<way id="{key}">{"".join(f"<nd ref={chr(34)}{ref}{chr(34)}/>" for ref in refs)}</way>'
-        for key, refs in lines.items()
-    )
-    return f'<?xml version="1.0"?><osm version="0.6">{nodes}{drawn}{ways}{"".join(relations)}</osm>'.encode()
+    ends = {10: (1, 2), 11: (2, 3), 12: (5, 4), 13: (5, 6)}
+    lines = "".join(f'<way id="{key}"><nd ref="{a}"/><nd ref="{b}"/></way>' for key, (a, b) in ends.items())
+    return f'<?xml version="1.0"?><osm version="0.6">{nodes}{lines}{ways}{"".join(relations)}</osm>'.encode()
 
 
 def lanelet(key: int, left: int, right: int, **tags: str) -> str:
     given = {"type": "lanelet", "subtype": "road"} | tags
     members = f'<member type="way" ref="{left}" role="left"/><member type="way" ref="{right}" role="right"/>'
-    return f'<relation id="{key}">{members}{"".join(f"<tag k={chr(34)}{k}{chr(34)} v={chr(34)}{v}{chr(34)}/>" for k, v in given.items())}</relation>'
+    drawn = "".join(f'<tag k="{name}" v="{value}"/>' for name, value in given.items())
+    return f'<relation id="{key}">{members}{drawn}</relation>'
 
 
 def test_lanelets_are_lanes_in_their_direction() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.model.route_graph import GraphOptions, GraphStation, points_of
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.imports.graphs.route_graph import GraphOptions, GraphStation, points_of
 from tests.support.graphs import NO_EFFECT, REFUSED, TRANSLATED, layout, lif, lif_edge, lif_node, segments_of, texts
 
 HALL = layout(

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.model.route_graph import GraphOptions, GraphStation
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.imports.graphs.route_graph import GraphOptions, GraphStation
 from tests.support.graphs import NO_EFFECT, REFUSED, TAKEN, TRANSLATED, edge, node, route_graph, segments_of, texts
 
 TWO = node(0, (0.0, 0.0)), node(1, (3.0, 4.0))

@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.model.route_graph import GraphOptions
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.imports.graphs.route_graph import GraphOptions
 from ppaas.zones.zone import Capacity, NoStop, SpeedZone
 from tests.support.graphs import NO_EFFECT, REFUSED, TRANSLATED, segments_of, texts
 

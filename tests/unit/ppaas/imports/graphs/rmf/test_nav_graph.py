@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.graphs.model.route_graph import GraphOptions
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.imports.graphs.route_graph import GraphOptions
 from tests.support.graphs import NO_EFFECT, REFUSED, segments_of, texts
 
 

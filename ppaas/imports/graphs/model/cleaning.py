@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ppaas.imports.graphs.gathered import GatheredNotes
-from ppaas.imports.graphs.route_graph import GraphEdge, GraphNode, Place, RouteGraph, points_of
+from ppaas.imports.graphs.model.gathered import GatheredNotes
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, Place, RouteGraph, points_of
 from ppaas.imports.report import ImportReport
 from ppaas.maps.grid import GridInfo
 from ppaas.zones.shapes import FARTHEST

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, Unavailable
-from ppaas.imports.graphs.route_graph import Place
+from ppaas.imports.graphs.model.route_graph import Place
 
 WGS84 = "EPSG:4326"
 
@@ -66,7 +67,7 @@ def transformed(places: Sequence[Place], source: str, target: str) -> list[Place
     try:
         import pyproj  # noqa: PLC0415 - only files in degrees need it
     except ImportError as error:
-        raise Unavailable("coordinates of the earth need pyproj: pip install 'ppaas-cloud[graphs]'") from error
+        raise Unavailable(f"coordinates of the earth need pyproj: {install_hint('graphs')}") from error
     try:
         transformer = pyproj.Transformer.from_crs(source, target, always_xy=True)
     except pyproj.exceptions.CRSError as error:

@@ -2,7 +2,7 @@
 
 from ppaas.imports.report import ImportOutcome, ImportReport, ReportEntry
 
-NAMED = 6
+NAMED = 3
 """Number of parts that an entry names; the others are counted."""
 
 
