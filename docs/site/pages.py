@@ -8,7 +8,17 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import urlsplit
 
 from docs.site.navigation import Section, sidebar
-from docs.site.reference import commands, examples, messages, parameters, rest, schemas, settings, topics
+from docs.site.reference import (
+    commands,
+    examples,
+    messages,
+    parameters,
+    rest,
+    ros_parameters,
+    schemas,
+    settings,
+    topics,
+)
 from ppaas.errors import InvalidInput
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +34,7 @@ GENERATED = {
     "reference/topics": topics.page,
     "reference/messages": messages.page,
     "reference/parameters": parameters.page,
+    "reference/ros-parameters": ros_parameters.page,
     "reference/examples": examples.page,
 }
 """Pages that are made from the code."""
