@@ -15,6 +15,7 @@ from docs.site.reference import (
     nav2_parameters,
     parameters,
     rest,
+    ros_parameters,
     schemas,
     settings,
     topics,
@@ -35,6 +36,7 @@ GENERATED = {
     "reference/messages": messages.page,
     "reference/parameters": parameters.page,
     "reference/nav2-parameters": nav2_parameters.page,
+    "reference/ros-parameters": ros_parameters.page,
     "reference/examples": examples.page,
 }
 """Pages that are made from the code."""

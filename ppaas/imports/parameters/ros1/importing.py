@@ -14,8 +14,7 @@ from ppaas.imports.parameters.known_names import (
     refuse_unknown,
     report_repeated,
 )
-from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
-from ppaas.imports.parameters.ros1.costmaps import apply_costmap, apply_costmap_value, drop_radius
+from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
 from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, rules_of_recovery
 from ppaas.imports.parameters.ros1.sections import (
@@ -89,7 +88,7 @@ def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") 
             robot.translate(section, into)
         report.entries.sort(key=lambda entry: entry.line)
         translations.append(into)
-    drop_radius(translations)
+    _drop_radius(translations)
     return translations
 
 
@@ -118,7 +117,7 @@ class _Robot:
         if name in LOCAL_PLANNERS:
             self._local_planner(section, into)
         elif name in _COSTMAPS:
-            apply_costmap(_COSTMAPS[name], section, into)
+            _costmap(_COSTMAPS[name], section, into)
         elif name in ("NavfnROS", "GlobalPlanner"):
             self._global_planner(section, into)
         elif name == AMCL:
@@ -130,7 +129,7 @@ class _Robot:
         elif not name:
             self._move_base(section, into)
         elif any(layer_rule_name(each, COMMON_RULES) in COMMON_RULES for each in section.values):
-            apply_costmap(COMMON_RULES, section, into)
+            _costmap(COMMON_RULES, section, into)
         else:
             line = min(value.line for value in section.values.values())
             refuse_unknown(section.node, name, _SECTIONS, line, into[1])
@@ -146,7 +145,7 @@ class _Robot:
                 put(draft, name, self._global)
                 report.translated(part, f"{name} = {self._global!r}", given.line, to=name)
             elif name in COMMON_RULES and name not in MOVE_BASE:
-                apply_costmap_value(COMMON_RULES, part, given, into)
+                _costmap_value(COMMON_RULES, part, given, into)
             else:
                 apply_known({**COMMON_RULES, **MOVE_BASE}, {name: given}, section.node, into)
 
@@ -244,3 +243,34 @@ def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> N
         report.withdraw(place, ImportOutcome.NO_EFFECT, f"{part} is lower, and bounds it")
         put(draft, place, given.value)
         report.translated(part, f"{place} = {given.value!r}", given.line, to=place)
+
+
+def _costmap(rules: ParameterRules, section: Section, into: "Translation") -> None:
+    """Apply the rules of a costmap to its section, or to that of a layer."""
+    for name, given in section.values.items():
+        _costmap_value(rules, section.prefix + name, given, into)
+
+
+def _costmap_value(rules: ParameterRules, part: str, given: GivenValue, into: "Translation") -> None:
+    """Apply the rule of a costmap to a value, which may be one of a layer or of a source of observations."""
+    report = into[1]
+    short = layer_rule_name(part, rules)
+    rule = rules.get(short)
+    if rule is None:
+        refuse_unknown(part, short, rules, given.line, report)
+    elif not rule.to:
+        report.without_effect(part, rule.text, given.line)
+    elif not is_left_open(part, given, report):
+        apply_once(rule, part, given, into)
+        if rules is COMMON_RULES and short in BOTH:
+            apply_once(LOCAL_RULES[short], part, given, into)
+
+
+def _drop_radius(translations: "list[Translation]") -> None:
+    """Leave out the radius of a robot that has a footprint, too, as costmap_2d does."""
+    costmaps = [draft.get("parameters", {}).get("global_costmap", {}) for draft, _ in translations]
+    if any("footprint" in costmap for costmap in costmaps):
+        for costmap, (_, report) in zip(costmaps, translations, strict=True):
+            if costmap.pop("robot_radius", None) is not None:
+                place = "parameters.global_costmap.robot_radius"
+                report.withdraw(place, ImportOutcome.NO_EFFECT, "footprint is given, too, and wins")
