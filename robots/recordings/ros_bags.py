@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace as Fields
 from typing import Any
 
 from ppaas.errors import InvalidInput, TransformError
@@ -19,6 +20,7 @@ from robots.recordings.bag_frames import BagFrames
 from robots.recordings.bag_objects import BagObjects, full_type
 from robots.recordings.bag_times import BagMessage, of_one_clock, with_recorded_times, with_stamps
 from robots.recordings.recording import NO_ODOMETRY, Look, RecordedFrames, Recording
+from robots.recordings.sensor_scans import CAMERA_INFO, CLOUD, COMPRESSED, IMAGE, SensorScans
 
 SCAN, ECHOES, ODOMETRY = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan", "nav_msgs/msg/Odometry"
 
@@ -42,10 +44,11 @@ def read_bag(path: Path, frames: RecordedFrames) -> Recording:
         The extra ``bags`` is not installed, the bag cannot be read or has no scans, or it has odometry, but at the time
         of no scan.
     """
-    objects, bag = BagObjects(), Bag(path)
-    recording = recording_of(list(_messages(bag, objects)), path, frames, bag.contents)
+    objects, bag, sensors = BagObjects(), Bag(path), SensorScans()
+    messages, told = _with_scans(list(_messages(bag, objects, sensors, frames.scan_topic)), sensors, frames.scan_topic)
+    recording = recording_of(messages, path, frames, bag.contents)
     damaged = [f"{in_words(count)} on {topic} left out: damaged" for topic, count in objects.damaged.items()]
-    return replace(recording, notes=(*bag.notes(), *damaged, *recording.notes))
+    return replace(recording, notes=(*bag.notes(), *damaged, *told, *recording.notes))
 
 
 def recording_of(
@@ -78,11 +81,11 @@ def recording_of(
     messages, more = of_one_clock(messages, _headers, _is_scan)
     bag = BagFrames(frames)
     for topic, kind, message, _ in messages:
-        if kind in TRANSFORMS and not _is_static(topic):
+        if kind in TRANSFORMS and not is_static(topic):
             bag.hear_parents(message.transforms)
     for topic, kind, message, _ in messages:
         if kind in TRANSFORMS:
-            bag.add_transforms(message.transforms, static=_is_static(topic))
+            bag.add_transforms(message.transforms, static=is_static(topic))
     for topic, kind, message, _ in messages:
         if kind == ODOMETRY:
             bag.add_odometry(topic, message)
@@ -90,7 +93,7 @@ def recording_of(
     notes += more + bag.notes()
     scans = [(message.topic, message.message) for message in messages if message.kind in SCANS]
     wanted = frames.scan_topic
-    chosen = [message for topic, message in scans if wanted is None or topic.strip("/") == wanted.strip("/")]
+    chosen = [message for topic, message in scans if wanted is None or _is_of(topic, wanted)]
     if not chosen:
         where = "" if wanted is None else f" on {wanted!r}"
         raise InvalidInput(f"{path} has no scans{where} ({SCAN}); its topics are: {contents()}")
@@ -110,14 +113,15 @@ def _is_scan(message: BagMessage) -> bool:
     return message.kind in SCANS
 
 
-def _is_static(topic: str) -> bool:
+def is_static(topic: str) -> bool:
+    """Return whether the transforms of a topic hold at all times."""
     return topic.endswith("tf_static")
 
 
 def _headers(message: BagMessage) -> list[tuple[str, Any]]:
     """Return the frames and headers in a message that are of its time."""
     if message.kind in TRANSFORMS:
-        moved = [] if _is_static(message.topic) else message.message.transforms
+        moved = [] if is_static(message.topic) else message.message.transforms
         return [(each.child_frame_id, each.header) for each in moved]
     return [(message.message.header.frame_id, message.message.header)]
 
@@ -151,12 +155,53 @@ def _check_frames(frames: set[str], bag: BagFrames, path: Path) -> None:
         )
 
 
-def _messages(bag: Bag, objects: BagObjects) -> Iterator[BagMessage]:
-    """Yield the messages that are used, in the order of recording."""
+def _messages(bag: Bag, objects: BagObjects, sensors: SensorScans, wanted: str | None) -> Iterator[BagMessage]:
+    """Yield the messages that are used, in the order of recording.
+
+    Depth images and clouds become scans until the first scan of a laser comes, or if they are on the topic whose scans
+    are wanted. Their type stays.
+    """
+    has_laser = False
     for message in bag.messages():
-        kind = full_type(message.channel.type)
-        if kind in USED and message.channel.encoding in ROS_ENCODINGS and (found := objects.read(message)) is not None:
-            yield BagMessage(message.channel.topic, kind, found, message.log_time)
+        topic, kind = message.channel.topic, full_type(message.channel.type)
+        if message.channel.encoding not in ROS_ENCODINGS:
+            continue
+        if kind in USED and (found := objects.read(message)) is not None:
+            has_laser = has_laser or kind in SCANS
+            yield BagMessage(topic, kind, found, message.log_time)
+        elif _is_of(topic, wanted) if wanted is not None and kind != CAMERA_INFO else not has_laser:
+            read = objects.read(message) if sensors.may_use(topic, kind) else None
+            if read is not None and (scan := sensors.scan(topic, kind, read)) is not None:
+                yield BagMessage(topic, kind, scan, message.log_time)
+
+
+def _is_of(topic: str, wanted: str) -> bool:
+    return topic.strip("/") == wanted.strip("/")
+
+
+def _with_scans(
+    messages: list[BagMessage], sensors: SensorScans, wanted: str | None
+) -> tuple[list[BagMessage], list[str]]:
+    """Return the messages with the scans of one kind of sensor, the best that is there, and a note if it is no laser.
+
+    Lasers are better than depth images, and those better than clouds.
+    """
+    kinds = {message.kind for message in messages if wanted is None or _is_of(message.topic, wanted)}
+    best = next((kind for kind in (*SCANS, IMAGE, COMPRESSED, CLOUD) if kind in kinds), SCAN)
+    used = SCANS if best in SCANS else (IMAGE, COMPRESSED) if best != CLOUD else (CLOUD,)
+    kept = [message for message in messages if message.kind in (*used, ODOMETRY, *TRANSFORMS)]
+    if best in SCANS:
+        return kept, []
+    scans = [message._replace(kind=SCAN) if message.kind in used else message for message in kept]
+    frames = [
+        Fields(header=Fields(stamp=Fields(sec=0, nanosec=0), frame_id=parent), child_frame_id=child, transform=pose)
+        for parent, child, pose in sensors.frames()
+    ]
+    static = [BagMessage("/tf_static", TRANSFORMS[0], Fields(transforms=frames))] if best != CLOUD else []
+    count = sum(message.kind in used for message in kept)
+    what = "point clouds" if best == CLOUD else "depth images"
+    broken = [f"{in_words(sensors.broken)} left out: a depth image or cloud is broken"] if sensors.broken else []
+    return [*static, *scans], [f"there is no laser: {count} {what} are taken as scans", *broken]
 
 
 def _looks(

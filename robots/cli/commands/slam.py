@@ -26,6 +26,9 @@ FORMATS = ("carmen", "flirt", "bag")
 GRAPHS, POSEGRAPH = (".g2o", ".graph", ".toro"), ".posegraph"
 """Endings of pose graphs without scans, of g2o and of TORO, and of those with scans."""
 
+OCTOMAPS = (".bt", ".ot")
+"""Endings of octomaps: binary, and with all probabilities."""
+
 TRAJECTORIES = ("planar", "tum", "kitti")
 """Formats of trajectories; as in `ppaas.mapping.trajectories`, which ``ppaas --help`` must not load."""
 
@@ -77,6 +80,15 @@ def _configure_outputs(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames; TORO's as OUT.graph"
+    )
+    parser.add_argument(
+        "--octomap",
+        type=Path,
+        metavar="OUT.bt",
+        help="write a 3D map of depth images and clouds of a bag; or OUT.ot",
+    )
+    parser.add_argument(
+        "--octomap-parameter", action="append", metavar="NAME=VALUE", help="parameter of it, as resolution=0.1"
     )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
     parser.add_argument(
@@ -135,8 +147,9 @@ def _score_file(arguments: argparse.Namespace) -> None:
 
     if arguments.score is None or arguments.trajectory is None:
         raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
-    if (arguments.map, arguments.plot, arguments.graph, arguments.posegraph) != (None, None, None, None):
-        raise InvalidInput("--map, --plot, --graph and --posegraph need a LOG")
+    outputs = (arguments.map, arguments.plot, arguments.graph, arguments.posegraph, arguments.octomap)
+    if any(path is not None for path in outputs):
+        raise InvalidInput("--map, --plot, --graph, --posegraph and --octomap need a LOG")
     if arguments.trajectory_format is not None:
         raise InvalidInput("--trajectory-format is of a trajectory that is written: give a LOG")
     answer = _scored(arguments.score, parse_trajectory(_text(arguments.trajectory)))
@@ -158,13 +171,17 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InvalidInput("--trajectory-format is of a trajectory: give --trajectory too")
     if arguments.posegraph is not None and arguments.posegraph.suffix != POSEGRAPH:
         raise InvalidInput(f"a pose graph with scans is a file {arguments.posegraph.stem or 'map'}{POSEGRAPH}")
-    for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph, arguments.posegraph):
+    if arguments.octomap is not None and arguments.octomap.suffix not in OCTOMAPS:
+        raise InvalidInput(f"an octomap is a file {arguments.octomap.stem or 'map'}.bt or .ot")
+    files = ("map", "trajectory", "plot", "graph", "posegraph", "octomap")
+    for path in (getattr(arguments, name) for name in files):
         if path is not None:
             check_folder(path)
 
 
 def _map(arguments: argparse.Namespace) -> dict[str, Any]:
     from ppaas.mapping.parameters import SlamParameters  # noqa: PLC0415
+    from ppaas.mapping.trajectories import PlanarTrajectory  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
     from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
     from robots.recordings.scan_logs import read_scan_log  # noqa: PLC0415
@@ -174,12 +191,17 @@ def _map(arguments: argparse.Namespace) -> dict[str, Any]:
     log = read_scan_log(arguments.log, arguments.format, frames, _note)
     made = _mapped(log, parameters, arguments.log.name)
     _write(arguments, log, made, parameters.resolution)
+    trajectory = PlanarTrajectory(log.stamps, made.poses)
+    if arguments.octomap is not None:
+        from robots.cli.verbs.slam_octomap import FULL, octomap_of  # noqa: PLC0415
+
+        own = merge_patch(arguments.octomap_parameter or [])
+        full = arguments.octomap.suffix == FULL
+        write_file(arguments.octomap, octomap_of(arguments.log, trajectory, frames, own, _note, full=full))
     answer = made.summary()
     answer |= {"skipped": log.skipped, "total_seconds": round(sum(made.seconds.values()), 2)}
     if arguments.score is not None:
-        from ppaas.mapping.trajectories import PlanarTrajectory  # noqa: PLC0415
-
-        answer |= _scored(arguments.score, PlanarTrajectory(log.stamps, made.poses))
+        answer |= _scored(arguments.score, trajectory)
     return answer
 
 
@@ -187,7 +209,9 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
     """Solve a pose graph, write it, and return the numbers of its parts and its error."""
     from robots.cli.verbs.slam_graph import solve_file  # noqa: PLC0415
 
-    others = (arguments.map, arguments.plot, arguments.trajectory, arguments.score, arguments.posegraph)
+    others = (
+        arguments.map, arguments.plot, arguments.trajectory, arguments.score, arguments.posegraph, arguments.octomap
+    )  # fmt: skip
     if any(given is not None for given in others):
         raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
     of_toro = arguments.graph is not None and arguments.graph.suffix != GRAPHS[0]

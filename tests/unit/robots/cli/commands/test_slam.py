@@ -14,11 +14,14 @@ from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.graph.solver import Robust
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from ppaas.mapping.trajectories import TRAJECTORY_FORMATS, format_trajectory, parse_trajectory
+from ppaas.maps.octomap import parse_octomap
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import slam
 from robots.cli.verbs.slam_graph import is_graph, solve_file
 from robots.client.map_files import read_map_file
 from robots.recordings.scan_logs import FORMATS
+from tests.support.recordings.bags import make_bag
+from tests.support.recordings.sensor_bags import make_sensor_bag
 from tests.support.world.log_text import carmen_log, relations_text
 from tests.support.world.ring_drive import ring_drive
 
@@ -322,3 +325,26 @@ def test_a_graph_without_vertices_is_refused(tmp_path: Path) -> None:
     path.write_text("")
     with pytest.raises(InvalidGraph, match="no VERTEX_SE2"):
         solve_file(path)
+
+
+@pytest.mark.parametrize("kind", ["rvl", "cloud"])
+def test_an_octomap_is_made_of_a_bag_without_a_laser(tmp_path: Path, kind: str) -> None:
+    bag, out = make_sensor_bag(tmp_path / "bag", kind, images=6), tmp_path / "out.bt"
+    run(bag, "--octomap", out, "--octomap-parameter", "resolution=0.1", "--map", tmp_path / "out.yaml")
+    tree = parse_octomap(out.read_bytes())
+    corners = (tree.corners[tree.occupied].astype(float) - 32768) * 0.1
+    on_walls = (np.abs(np.abs(corners[:, 0] + 0.05) - 4.0) < 0.2) | (np.abs(np.abs(corners[:, 1] + 0.05) - 3.0) < 0.2)
+    assert on_walls.sum() > 100
+    assert (on_walls | (corners[:, 2] < 0.2)).all()
+    with pytest.raises(InvalidParameter, match="resolutoin"):
+        run(bag, "--octomap", out, "--octomap-parameter", "resolutoin=0.1")
+
+
+def test_an_octomap_of_a_log_is_refused(tmp_path: Path, log: Path) -> None:
+    with pytest.raises(InvalidInput, match="is no bag"):
+        run(log, "--octomap", tmp_path / "out.bt")
+    with pytest.raises(InvalidInput, match=r"out.bt or .ot"):
+        run(log, "--octomap", tmp_path / "out.xyz")
+    bag = make_bag(tmp_path / "lasers", "mcap", scans=5)
+    with pytest.raises(InvalidInput, match="no depth image and no point cloud"):
+        run(bag, "--octomap", tmp_path / "out.ot")
