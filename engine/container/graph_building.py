@@ -10,6 +10,7 @@ from engine.container.recording import RecordingLink
 from engine.specs.containers import ContainerSpec, Launch, RobotConfig, frame_names
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.clone.driving import FOLLOW_PATH
+from ppaas.clone.localization import localizes_itself
 from ppaas.clone.planning_container import build_planning
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.map_layers import MapLayers
@@ -111,6 +112,7 @@ def _add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traf
         makes_map=bool(robot.new_map),
         camera=DEPTH_CAMERA in robot.parameters,
         follows_paths=FOLLOW_PATH in robot.parameters,
+        localizes_itself=localizes_itself(robot.parameters),
         radius=body.robot_radius if body.inner_radius is None else body.inner_radius,
     )
     graph.add(lambda context: DiagnosticsNode(context, graph, traffic, watched))

@@ -197,6 +197,8 @@ def _move_base(
             adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=located.names
         )
         surroundings.mark_ahead(not controller.predicts)
+        if located.by_robot:
+            surroundings.expect_no_scans()
         return kind(
             context, surroundings=surroundings, planner=planner, path_planners=path_planners,
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),

@@ -1,10 +1,10 @@
 """Localization of a clone: by AMCL on a published map, or by ``grid_slam`` on the map that it makes."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,11 +46,14 @@ class Localization:
         Names of the robot's frames.
     makers : dict of str to callable
         Makers of the nodes, by name.
+    by_robot : bool
+        Whether the robot localizes itself.
     """
 
     layers: MapLayers
     names: FrameNames
     makers: Makers
+    by_robot: bool = False
 
 
 def on_map(
@@ -71,7 +74,7 @@ def on_map(
         MapServerNode.name: lambda context: MapServerNode(context, layers),
         AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads, names=names),
     }
-    return Localization(layers, names, makers)
+    return Localization(layers, names, makers, by_robot=not amcl.localize)
 
 
 def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memoryview] | None = None) -> Localization:
@@ -152,3 +155,9 @@ def blank_layers(resolution: float) -> MapLayers:
     corner = -0.5 * BLANK * resolution
     info = GridInfo(resolution, BLANK, BLANK, Pose2D(corner, corner))
     return build_layers(GridMap(np.full(info.shape, UNKNOWN, np.int8), info))
+
+
+def localizes_itself(parameters: Mapping[str, Any]) -> bool:
+    """Return whether the parameters of a robot's nodes say that it localizes itself; invalid ones do not."""
+    amcl = parameters.get(AmclNode.name)
+    return isinstance(amcl, Mapping) and amcl.get("localize") is False

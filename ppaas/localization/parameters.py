@@ -31,6 +31,9 @@ class AmclParameters(Parameters, frozen=True):
     ``odom_drift`` is not amcl's: the standard deviation of the heading of the odometry per second, whether the robot
     moves or not [rad/s]. The errors of amcl's models belong to a motion.
 
+    ``localize`` is not amcl's either: whether ``AmclNode`` localizes the robot. It is false for a robot that localizes
+    itself, and may send scans for its costmap.
+
     ``odom_frame_id`` is by default the frame that the odometry names. ``base_frame_id`` is the frame in which the robot
     is driven; wherever the odometry names another one, the two are joined. ``global_frame_id`` is another name of the
     frame ``map``. ``tf_prefix`` is the prefix of frames that are named without one.
@@ -63,6 +66,7 @@ class AmclParameters(Parameters, frozen=True):
     odom_alpha4: float = 0.02
     odom_alpha5: float = 0.02
     odom_drift: float = 0.002
+    localize: bool = True
     initial_cov_xx: float = 0.04
     initial_cov_yy: float = 0.04
     initial_cov_aa: float = 0.02

@@ -68,9 +68,10 @@ def test_the_lines_that_the_simulated_rover_takes_are_some() -> None:
     assert rover.mode.name == "HOLD" and not rover.armed and rover.fix == 1
 
 
-def test_the_file_of_the_page_is_one() -> None:
-    (block,) = blocks(PAGE, "json")
-    assert parse_robot_file(block).parameters["follow_path"] == {}
+def test_the_files_of_the_page_are_some() -> None:
+    waypoints, velocities = (parse_robot_file(block).parameters for block in blocks(PAGE, "json"))
+    assert waypoints["follow_path"] == {}
+    assert "follow_path" not in velocities and velocities["amcl"] == {"localize": False}
 
 
 def test_the_numbers_and_names_are_those_of_the_code() -> None:

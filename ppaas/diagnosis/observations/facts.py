@@ -293,6 +293,8 @@ class Observations(msgspec.Struct, kw_only=True):
         Whether a depth camera makes its scans.
     follows_paths : bool
         Whether the robot localizes itself and follows paths itself, as an AGV does.
+    localizes_itself : bool
+        Whether the robot localizes itself, and is driven by velocities.
     stopped : str
         The stops that hold the robot, in words; empty if it is not stopped.
     link : LinkFacts, optional
@@ -317,6 +319,7 @@ class Observations(msgspec.Struct, kw_only=True):
     nodes: list[NodeFacts] = []
     reports: list[ReportFacts] = []
     link: LinkFacts | None = None
+    localizes_itself: bool = False
 
     def topic(self, name: str) -> TopicFacts:
         """Return the facts of a topic; the facts of a silent one if there are none."""

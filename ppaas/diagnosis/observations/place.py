@@ -34,6 +34,8 @@ class WatchedRobot:
         Whether a depth camera makes its scans.
     follows_paths : bool
         Whether it localizes itself and follows paths itself, as an AGV does.
+    localizes_itself : bool
+        Whether it localizes itself, and is driven by velocities.
     radius : float
         Largest radius around its centre within its footprint [m].
     """
@@ -44,6 +46,7 @@ class WatchedRobot:
     makes_map: bool = False
     camera: bool = False
     follows_paths: bool = False
+    localizes_itself: bool = False
     radius: float = 0.0
 
 

@@ -277,6 +277,7 @@ class ObservationRecorder:
             makes_map=robot.makes_map,
             camera=robot.camera,
             follows_paths=robot.follows_paths,
+            localizes_itself=robot.localizes_itself,
             scans=[scan_facts(scan) for scan in scans],
             motion=self.motion.facts(now),
             frames=self.frames.facts(now),

@@ -26,7 +26,7 @@ SET_POSE = "Set its pose: 'Set pose' in the dashboard, or a message on 'initialp
 def place(seen: Observations) -> Iterator[Finding]:
     """Yield what is wrong with the localization of the robot, and where it is."""
     facts, topic = seen.place, topics.GRID_SLAM_STATUS.name if seen.makes_map else topics.AMCL_STATUS.name
-    if seen.follows_paths:
+    if seen.follows_paths or seen.localizes_itself:
         yield from _own_place(facts)
         return
     if facts.problem and (_is_named(seen) or facts.problem == SCANS_ALONE):

@@ -43,6 +43,8 @@ def sensors(seen: Observations) -> Iterator[Finding]:
         return  # it needs neither often: its pose is judged by the rules on its place
     for name in (topics.SCAN.name, topics.ODOM.name):
         facts = seen.topic(name)
+        if name == topics.SCAN.name and seen.localizes_itself and facts.silence is None:
+            continue  # it need not have a laser
         if facts.silence is None or facts.silence > STOPPED:
             yield from _silent(seen, facts)
             continue

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.decoding import from_json
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
@@ -157,7 +157,11 @@ class AmclNode(Node):
         ------
         InvalidMap
             The map has no free cell.
+        Unavailable
+            The robot localizes itself.
         """
+        if not self._parameters.localize:
+            raise Unavailable("the robot localizes itself: parameter localize of amcl is false")
         if service == GLOBAL_LOCALIZATION.name:
             self._search_everywhere()
         else:
@@ -172,6 +176,8 @@ class AmclNode(Node):
     # -- scans ---------------------------------------------------------------------------------------------------------
 
     def _on_scan(self, message: LaserScan) -> None:
+        if not self._parameters.localize:
+            return
         self._silence.scan_came(self.context.elapsed())
         try:
             self._waiting.add(self._checked(message), self._frames.newest())

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,7 +86,7 @@ class MavlinkBridge:
             async with asyncio.TaskGroup() as group:
                 group.create_task(self._station.line.run())
                 heartbeat = await self._find()
-                self._rover = self._joined(heartbeat, anchor, follows_paths="follow_path" in known["parameters"])
+                self._rover = self._joined(heartbeat, anchor, known["parameters"])
                 group.create_task(self._tick(self._rover))
                 group.create_task(self._connect(self._rover))
         except* PPaaSError as errors:
@@ -114,7 +115,8 @@ class MavlinkBridge:
             await asyncio.sleep(TICK if self._station.finder.found else HEARTBEAT)
         return heartbeat
 
-    def _joined(self, heartbeat: Any, anchor: GeoAnchor | None, *, follows_paths: bool) -> Rover:
+    def _joined(self, heartbeat: Any, anchor: GeoAnchor | None, parameters: Mapping[str, Any]) -> Rover:
+        follows_paths = "follow_path" in parameters
         vehicle = Vehicle(heartbeat.get_srcSystem(), heartbeat.get_srcComponent(), heartbeat.autopilot)
         authority = VehicleAuthority(vehicle, arm=self._options.arm)
         drive: VelocityDrive | MissionDrive = VelocityDrive(authority)
@@ -123,7 +125,8 @@ class MavlinkBridge:
         self._station.choose(vehicle.system)
         way = "by waypoints" if follows_paths else "by velocities"
         logger.info("vehicle %d, %s, is robot %s, driven %s", vehicle.system, vehicle.book.name, self._robot, way)
-        return Rover(vehicle, drive, VehiclePlace(anchor), self._station, self._robot)
+        scans = parameters.get("amcl", {}).get("localize") is False
+        return Rover(vehicle, drive, VehiclePlace(anchor), self._station, robot=self._robot, scans=scans)
 
     def _received(self, message: Any, now: float) -> None:
         if self._rover is not None:

@@ -10,7 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.health.diagnostic_msgs import DiagnosticLevel, DiagnosticStatus, KeyValue
 from ppaas.polygons import Points
-from robots.bridges.core.notices import without_numbers
+from robots.bridges.core.notices import Notices, without_numbers
 from robots.bridges.mavlink.authority import Given, SendMessage, Taken
 from robots.bridges.mavlink.cloud_end import CloudEnd
 from robots.bridges.mavlink.dialect import mavlink
@@ -67,6 +67,8 @@ class Rover:
     station : Station
     robot : str
         Id of the robot.
+    scans : bool
+        Whether its clone takes scans of a robot that localizes itself.
 
     Attributes
     ----------
@@ -75,11 +77,12 @@ class Rover:
     """
 
     def __init__(
-        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: VehiclePlace, station: Station, robot: str
-    ) -> None:
+        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: VehiclePlace, station: Station, *,
+        robot: str, scans: bool,
+    ) -> None:  # fmt: skip
         self.vehicle, self.drive, self._place, self._station = vehicle, drive, place, station
         self.cloud: CloudEnd | None = None
-        self._robot = robot
+        self._robot, self._scans, self._notices = robot, scans, Notices()
         self._proximity = Proximity()
         self._lost = "the vehicle has sent no position yet"
         self._lost_since = self._asked_at = self._told_at = self._charged_at = self._progress_at = -math.inf
@@ -103,10 +106,17 @@ class Rover:
             self._do(self.drive.given(self.drive.authority.take_ack(message, now)), now)
         elif kind.startswith("MISSION_") and isinstance(self.drive, MissionDrive):
             self._do(self.drive.take(message, now), now)
-        elif kind in ("OBSTACLE_DISTANCE", "DISTANCE_SENSOR") and self.cloud is not None:
-            scan = self._proximity.take(message, now, Time.of(epoch()))
-            if scan is not None and not self._lost:
-                self.cloud.scan(scan)
+        elif kind in ("OBSTACLE_DISTANCE", "DISTANCE_SENSOR"):
+            self._scan(message, now)
+
+    def _scan(self, message: Any, now: float) -> None:
+        if not self._scans:
+            advice = f'set "amcl": {{"localize": false}} in the file of robot {self._robot}'
+            self._notices.tell(f"distances of the vehicle are not sent to the cloud: {advice}")
+            return
+        scan = self._proximity.take(message, now, Time.of(epoch()))
+        if scan is not None and self.cloud is not None and not self._lost:
+            self.cloud.scan(scan)
 
     def _happened(self, event: Restarted | ModeChanged | ArmedChanged | Text, now: float) -> None:
         match event:

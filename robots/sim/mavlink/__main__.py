@@ -38,12 +38,17 @@ def main(words: list[str] | None = None) -> None:
 
 def _run(served: ServedRover) -> None:
     orders = SimpleQueue[str]()
-    threading.Thread(target=lambda: [orders.put(line) for line in sys.stdin], daemon=True).start()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
     while True:
         sleep(STEP)
         while not orders.empty():
             _obey(served, orders.get())
         served.pump()
+
+
+def _listen(orders: SimpleQueue[str]) -> None:
+    for line in sys.stdin:
+        orders.put(line)
 
 
 def _obey(served: ServedRover, order: str) -> None:

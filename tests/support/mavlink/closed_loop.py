@@ -90,14 +90,17 @@ class ClosedLoop:
         Time [s].
     """
 
-    def __init__(self, make: Make, *, waypoints: bool, arm: bool = True, anchor: GeoAnchor | None = ANCHOR) -> None:
+    def __init__(
+        self, make: Make, *, waypoints: bool, arm: bool = True, anchor: GeoAnchor | None = ANCHOR, scans: bool = True,
+    ) -> None:  # fmt: skip
         self.sim = SimulatedRover(make, RoverBody(ANCHOR.latitude, ANCHOR.longitude, math.radians(60.0)))
         autopilot = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA if make == "ardupilot" else mavlink.MAV_AUTOPILOT_PX4
         self.vehicle = Vehicle(1, 1, autopilot)
         authority = VehicleAuthority(self.vehicle, arm=arm)
         self.drive = MissionDrive(authority, ANCHOR) if waypoints else VelocityDrive(authority)
         self.station, self.cloud = LoopStation(self.sim), RecordedCloud()
-        self.rover = Rover(self.vehicle, self.drive, VehiclePlace(anchor), self.station, "r")  # type: ignore[arg-type]
+        station: Any = self.station
+        self.rover = Rover(self.vehicle, self.drive, VehiclePlace(anchor), station, robot="r", scans=scans)
         self.rover.join(self.cloud)  # type: ignore[arg-type]
         self.now = 100.0
         self.sim.now = self.sim._booted = self.now

@@ -57,16 +57,17 @@ def test_robot_that_makes_a_map_is_told_so() -> None:
     assert (finding.kind, finding.level) == ("makes-map", "ok")
 
 
-def test_a_robot_that_localizes_itself_is_judged_by_its_own_words() -> None:
+@pytest.mark.parametrize("way", ["follows_paths", "localizes_itself"])
+def test_a_robot_that_localizes_itself_is_judged_by_its_own_words(way: str) -> None:
     problem = "states of the AGV are left out: late message 3 on state"
-    seen = healthy(topics=[], follows_paths=True, place=PlaceFacts(**GOOD | {"problem": problem}))
+    seen = healthy(topics=[], **{way: True}, place=PlaceFacts(**GOOD | {"problem": problem}))
     [finding] = place(seen)
     assert (finding.kind, finding.level) == ("not-localized", "error")
     assert problem in finding.text
     standing = PlaceFacts(**GOOD | {"silence": 3.0, "explained": None})
-    assert list(place(healthy(topics=[], follows_paths=True, place=standing))) == []
+    assert list(place(healthy(topics=[], **{way: True}, place=standing))) == []
     silent = PlaceFacts(**GOOD | {"silence": 9.0})
-    assert [one.kind for one in place(healthy(topics=[], follows_paths=True, place=silent))] == ["not-localized"]
+    assert [one.kind for one in place(healthy(topics=[], **{way: True}, place=silent))] == ["not-localized"]
 
 
 def test_scans_that_stopped_are_named_once() -> None:

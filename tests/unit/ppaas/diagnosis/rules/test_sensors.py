@@ -81,6 +81,10 @@ def test_a_robot_that_localizes_itself_needs_neither_scans_nor_frequent_odometry
     assert list(sensors(healthy(topics=[], follows_paths=True))) == []
 
 
+def test_a_robot_that_localizes_itself_and_obeys_velocities_needs_odometry_and_no_laser() -> None:
+    assert [one.kind for one in sensors(healthy(topics=[], localizes_itself=True))] == ["odom-missing"]
+
+
 GOOD = {"frame": "laser", "beams": 360, "increment": 0.0175, "range_min": 0.12, "range_max": 12.0, "readings": 0.9}
 
 

@@ -1,11 +1,12 @@
 """A rover that is driven by velocities: taken for a goal, given back after it, and left to everybody else."""
 
 import math
+from typing import Any
 
 import pytest
 
 from robots.bridges.mavlink.authority import Hold
-from robots.bridges.mavlink.dialect import mavlink
+from robots.bridges.mavlink.dialect import Parser, mavlink
 from robots.bridges.mavlink.modes import PX4, book_of
 from robots.bridges.mavlink.vehicle import Vehicle
 from robots.bridges.mavlink.velocity import LEAD, MOST_LEAD, SILENCE, VelocityDrive, setpoint
@@ -214,6 +215,31 @@ def test_a_stopped_robot_stands_in_its_own_mode_until_the_release(make: Make) ->
     assert not loop.cloud.cancelled
     loop.rover.stop(False, loop.now)
     loop.until(lambda: loop.sim.body.speed > 0.4, 6.0)
+
+
+def read_by_station(message: Any) -> Any:
+    (found,) = Parser(255).read(Parser(1).write(message))
+    return found
+
+
+def ring() -> Any:
+    distances = [300, *[1201] * 71]
+    return read_by_station(mavlink.MAVLink_obstacle_distance_message(0, 0, distances, 5, 20, 1200, 0.0, 0.0, 12))
+
+
+def test_distances_are_scans_if_the_clone_expects_them_and_the_rover_knows_its_place(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    loop = looped("ardupilot")
+    loop.rover.take(ring(), loop.now)
+    assert len(loop.cloud.scans) == 1 and max(loop.cloud.scans[0].ranges) == 12.01
+    loop.sim.order("fix 1")
+    loop.run(3.0)
+    loop.rover.take(ring(), loop.now)
+    assert len(loop.cloud.scans) == 1
+    without = looped("ardupilot", scans=False)
+    without.rover.take(ring(), without.now)
+    assert not without.cloud.scans and '"localize": false' in caplog.text
 
 
 def test_setpoints_are_those_of_the_makes() -> None:
