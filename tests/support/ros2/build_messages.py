@@ -14,6 +14,7 @@ from pathlib import Path
 from ppaas.wire.ros.definitions import DEFINITIONS
 
 TF2 = {"tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms"}
+PACKAGES = ("tf2_msgs", "nav2_msgs", "rmf_fleet_msgs")
 DEPENDENCIES = ("builtin_interfaces", "std_msgs", "geometry_msgs", "nav_msgs", "action_msgs")
 
 CMAKE = """cmake_minimum_required(VERSION 3.8)
@@ -34,10 +35,10 @@ PACKAGE = """<package format="3"><name>{package}</name><version>0.0.0</version><
 
 
 def main(release: str, environment: Path, workspace: Path) -> None:
-    """Build ``tf2_msgs`` and ``nav2_msgs``."""
+    """Build the packages."""
     mend_paths(environment)
-    definitions = TF2 | {name: text for name, text in DEFINITIONS[release].items() if name.startswith("nav2_msgs/")}
-    for package in ("tf2_msgs", "nav2_msgs"):
+    definitions = TF2 | DEFINITIONS[release]
+    for package in PACKAGES:
         source = workspace / "src" / package
         write(source, package, {name: text for name, text in definitions.items() if name.startswith(f"{package}/")})
         build(source, environment, workspace)
