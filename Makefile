@@ -49,7 +49,7 @@ SERVERS := tests/contracts tests/servers tests/unit/storage/backup tests/unit/st
 DOCKER := tests/contracts/test_runtimes.py tests/docker tests/e2e/test_docker.py tests/faults/test_master_restart.py \
 	tests/unit/engine/runtimes/docker
 RAY := tests/contracts/test_runtimes.py tests/ray
-ROS2_AND_1 := tests/e2e/test_ros1.py tests/e2e/test_ros2_dds.py tests/e2e/test_ros2_zenoh.py
+ROS2_AND_1 := tests/e2e/test_ros1.py tests/e2e/test_ros2_dds.py tests/e2e/test_ros2_zenoh.py tests/e2e/test_rmf.py
 WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_evo.py tests/e2e/test_foxglove.py tests/e2e/test_mcp.py \
 	tests/unit/robots/arduino
 
@@ -326,9 +326,9 @@ $(ROS)/pyzeros_codecs: $(ROS)/pyzeros
 	@CYDR_CACHE_DIR=$(abspath $@) CFLAGS=-O0 $</bin/python tests/support/ros2/pyzeros_robot.py && touch $@ || \
 		{ rm -rf $@; echo "setup: no codecs of pyzeros; install gcc, or its test is skipped" >&2; }
 
-# tf2_msgs and nav2_msgs, which the wheels lack, by the generators of the wheels; without a compiler their test is skipped.
-$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/nav2_definitions.py $(ROS)/kilted | $(INSTALLED)
-	@echo "setup: tf2_msgs and nav2_msgs for ROS 2 Kilted, minutes the first time (wants CMake and g++)"
+# tf2_msgs, nav2_msgs and rmf_fleet_msgs, which the wheels lack, by the generators of the wheels; without a compiler their test is skipped.
+$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/nav2_definitions.py ppaas/wire/ros/rmf_definitions.py $(ROS)/kilted | $(INSTALLED)
+	@echo "setup: tf2_msgs, nav2_msgs and rmf_fleet_msgs for ROS 2 Kilted, minutes the first time (wants CMake and g++)"
 	@rm -rf $@
 	@$(BIN)/python -m tests.support.ros2.build_messages kilted $(ROS)/kilted $@ || \
 		{ rm -rf $@; echo "setup: no nav2_msgs; install CMake and g++, or the test of Navigation2's actions is skipped" >&2; }

@@ -1,7 +1,10 @@
 """A robot of the cloud follows paths of Open-RMF, which a node with types of Cyclone DDS plays."""
 
+import asyncio
+import json
 import math
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,12 +18,16 @@ from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
 from tests.support.ros2.bridge_process import COMMAND, bridge_process
 from tests.support.ros2.rmf_peer import Location, RmfPeer
+from tests.support.sources import ROOT
 from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 
 DOMAIN = 83
+ROS = ROOT / "build" / "ros" / "kilted" / "bin" / "python"
+MESSAGES = ROOT / "build" / "ros" / "kilted_messages"
+SCRIPT = ROOT / "tests" / "support" / "ros2" / "rclpy_rmf.py"
 FRAME = LevelFrame(scale=1.0, rotation=math.pi / 2, x=100.0, y=-50.0)
 
 
@@ -76,3 +83,37 @@ async def test_a_robot_follows_a_path_of_rmf(
     assert "level L1: scale 1.0000, turned by 1.5708 rad, residual 0.000 m" in log
     assert "robot cart is in the fleet" in log
     assert "does not reach its waypoint" in log
+
+
+@pytest.mark.ros
+async def test_rmf_on_rclpy_sends_a_robot_along_a_path(
+    cloud: RunningCloud, office_map: GridMap, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packages = MESSAGES / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    if not (packages / "rmf_fleet_msgs").is_dir():
+        pytest.skip("rmf_fleet_msgs for ROS 2 is not built: run make test-ros")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN + 1))
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=60)
+    goal = reachable_pose(office_map, start, seed=61, at_least=1.0, at_most=2.0)
+    token = await register_robot(rest, "rmf2", "office", start)
+    options = ("rmf2", "--fleet", "carts", "--url", cloud.url, "--token", token)
+    env = os.environ | {
+        "PYTHONPATH": str(packages),
+        "LD_LIBRARY_PATH": str(MESSAGES / "lib"),
+        "AMENT_PREFIX_PATH": f"{MESSAGES}:{ROS.parent.parent}",
+    }
+    async with driving(cloud.url, token, "rmf2", office_map, start) as drive:
+        with bridge_process(*options, command=(*COMMAND[:-1], "rmf"), log=tmp_path / "log", env=os.environ):
+            path = json.dumps([list(start), list(goal)])
+            rmf = await asyncio.create_subprocess_exec(
+                ROS, SCRIPT, "carts", "rmf2", path, "office", env=env, stdout=asyncio.subprocess.PIPE
+            )
+            printed, _ = await asyncio.wait_for(rmf.communicate(), 150.0)
+        assert drive.scorer.error(0, goal) < 0.3
+    found = json.loads(printed)
+    assert found["remaining"] == sorted(found["remaining"], reverse=True) and found["remaining"][-2:] == [1, 0]
+    assert math.dist(found["place"], goal[:2]) < 0.3
+    assert (found["level"], found["battery"], found["in_order"]) == ("office", 100.0, True)

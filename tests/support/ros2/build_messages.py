@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ppaas.wire.ros.definitions import DEFINITIONS
+from ppaas.wire.ros.rmf_definitions import RMF
 
 TF2 = {"tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms"}
 USED = (
@@ -26,6 +27,7 @@ USED = (
 )
 """Definitions of ``nav2_msgs`` that the robots of the tests use: each takes the compiler some seconds."""
 
+PACKAGES = ("tf2_msgs", "nav2_msgs", "rmf_fleet_msgs")
 DEPENDENCIES = ("builtin_interfaces", "std_msgs", "geometry_msgs", "nav_msgs", "action_msgs")
 
 CMAKE = """cmake_minimum_required(VERSION 3.8)
@@ -46,10 +48,10 @@ PACKAGE = """<package format="3"><name>{package}</name><version>0.0.0</version><
 
 
 def main(release: str, environment: Path, workspace: Path) -> None:
-    """Build ``tf2_msgs`` and ``nav2_msgs``."""
+    """Build the packages."""
     mend_paths(environment)
-    definitions = TF2 | {name: DEFINITIONS[release][name] for name in USED}
-    for package in ("tf2_msgs", "nav2_msgs"):
+    definitions = TF2 | {name: DEFINITIONS[release][name] for name in (*USED, *RMF)}
+    for package in PACKAGES:
         source = workspace / "src" / package
         write(source, package, {name: text for name, text in definitions.items() if name.startswith(f"{package}/")})
         build(source, environment, workspace)
