@@ -138,15 +138,35 @@ def octree_of(grid: VoxelGrid) -> OcTree:
             f"the origin of an octree must be a multiple of {grid.info.resolution:g} m, not "
             f"{tuple(grid.info.origin)}: move the origin"
         )
-    lowest = first + MIDDLE
-    if lowest.min() < 0 or (lowest + grid.info.shape[::-1]).max() > 2 * MIDDLE:
-        far = MIDDLE * grid.info.resolution
-        raise InvalidMap(f"an octree of this resolution reaches {far:g} m from its origin: move the map nearer to it")
     known = np.argwhere(grid.data != UNKNOWN)
     occupied = grid.data[known[:, 0], known[:, 1], known[:, 2]] == OCCUPIED
-    codes = morton_codes(known[:, ::-1] + lowest.astype(np.int64))
+    return octree_of_voxels(grid.info.resolution, known[:, ::-1] + first.astype(np.int64), occupied)
+
+
+def octree_of_voxels(resolution: float, voxels: NDArray[np.int64], occupied: NDArray[np.bool_]) -> OcTree:
+    """Return the octree of known voxels, in which eight equal siblings are always merged.
+
+    Parameters
+    ----------
+    resolution : float
+        Edge of a voxel [m].
+    voxels : (n, 3) int array
+        Different voxels, along x, y and z from 0 m [voxels].
+    occupied : (n,) bool array
+        Whether each is occupied, else it is free.
+
+    Raises
+    ------
+    InvalidMap
+        A voxel is out of the range of an octree's keys.
+    """
+    keys = voxels + MIDDLE
+    if len(keys) and not (keys.min() >= 0 and keys.max() < 2 * MIDDLE):
+        far = MIDDLE * resolution
+        raise InvalidMap(f"an octree of this resolution reaches {far:g} m from its origin: move the map nearer to it")
+    codes = morton_codes(keys)
     order = np.argsort(codes)
-    return _merged(grid.info.resolution, codes[order], occupied[order])
+    return _merged(resolution, codes[order], occupied[order])
 
 
 def _merged(resolution: float, codes: NDArray[np.int64], occupied: NDArray[np.bool_]) -> OcTree:

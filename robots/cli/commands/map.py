@@ -1,4 +1,4 @@
-"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges and deletes maps; zones, tasks."""
+"""Command ``ppaas map``: publishes, imports, lists, shows, changes, compares, merges and deletes maps; zones, tasks."""
 
 import argparse
 import sys
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
-from robots.cli.output import print_warnings, show
+from robots.cli.map_files import export_map, import_map, publication
+from robots.cli.output import show
 from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
@@ -20,18 +21,17 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; zones, traffic, tasks"
+HELP = "publish, import, export, list, show, change, compare, review, merge, roll back and delete maps; zones, tasks"
 
 MAPS = Resource(
     "maps",
-    ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description", "traffic"),
+    publication.COLUMNS,
     "no maps that you may use; publish one: ppaas map publish FILE.yaml",
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
 ON, OFF = "on", "off"
 OCTREES = (".bt", ".ot")
 PARTS = ("yaml", "image", "octomap", "posegraph", "zones")
-NOBODY = "-"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -51,14 +51,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("id")
     _add_diff_arguments(diff)
     roll_back.add_argument("version", help="the version, or a prefix of it")
-    for verb in (publish, roll_back):
-        verb.add_argument("--message", help="reason, stored with the version")
+    roll_back.add_argument("--message", help="reason, stored with the version")
     change.add_argument("--traffic", choices=(ON, OFF), help="whether all robots that connect take part in its traffic")
-    for verb in (publish, change):
-        verb.add_argument(
-            "--reader", action="append", help=f"another user who may use it; * for everybody, {NOBODY} for nobody"
-        )
-        verb.add_argument("--description", help="description of the map")
+    publication.add_description_arguments(change)
     for verb in (one, fetch):
         verb.add_argument("--version", help="a version, or a prefix of it (the current one)")
     fetch.add_argument(
@@ -68,6 +63,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
+    import_map.configure(verbs)
+    export_map.configure(verbs)
     map_versions.configure(verbs)
     map_merge.configure(verbs)
     map_tasks.configure(verbs)
@@ -103,11 +100,7 @@ def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
     publish.add_argument(
         "--zones", type=Path, metavar="FILE", help="zones on the map, as GeoJSON (those of the current version)"
     )
-    publish.add_argument("--id", help="id of the map (name of the file)")
-    publish.add_argument(
-        "--review", action="store_true", help="let the version wait until the owner approves or refuses it"
-    )
-    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
+    publication.add_publication_arguments(publish)
     publish.add_argument(
         "--rules",
         choices=("map_server", "nav2"),
@@ -125,21 +118,15 @@ async def _publish(arguments: argparse.Namespace) -> None:
     # Reading YAML needs more than the base install.
     from robots.client.map_files import files_to_publish, map_id_of  # noqa: PLC0415
 
-    client, file = logged_in(arguments), arguments.file
+    file = arguments.file
     only_octomap = file.suffix.lower() in OCTREES
     yaml, image = (None, None) if only_octomap else files_to_publish(file)
     map_id = arguments.id or map_id_of(file)
-    readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
-    texts = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
-    texts |= {"review": "true"} if arguments.review else {}
     octomap = file if only_octomap else arguments.octomap
-    expected = await whole_version(client, map_id, arguments.if_match)
-    files = {"octomap": octomap, "posegraph": arguments.posegraph, "zones": arguments.zones}
-    answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
-    columns = map_versions.COLUMNS if arguments.review else MAPS.columns
-    show(answer, columns, as_json=arguments.json)
-    if not arguments.json:
-        print_warnings(answer)
+    await publication.publish(
+        arguments, map_id, yaml, image, octomap=octomap, posegraph=arguments.posegraph, zones=arguments.zones,
+        rules=arguments.rules,
+    )  # fmt: skip
 
 
 async def _show(arguments: argparse.Namespace) -> None:
@@ -150,7 +137,7 @@ async def _show(arguments: argparse.Namespace) -> None:
 async def _change(arguments: argparse.Namespace) -> None:
     change: dict[str, Any] = {}
     if arguments.reader is not None:
-        change["readers"] = [name for name in arguments.reader if name != NOBODY]
+        change["readers"] = [name for name in arguments.reader if name != publication.NOBODY]
     if arguments.description is not None:
         change["description"] = arguments.description
     if arguments.traffic is not None:
@@ -198,6 +185,9 @@ async def _version(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 _VERBS = {
     "publish": _publish,
+    "import": import_map.import_map_file,
+    "from-plan": import_map.from_plan,
+    "export": export_map.export,
     "list": MAPS.list,
     "show": _show,
     "change": _change,

@@ -1,0 +1,1 @@
+"""Point clouds: PCD, PLY, LAS and LAZ, E57, and text."""

@@ -1,0 +1,1 @@
+"""Rasters and coordinate systems of GIS programs, read by GDAL and PROJ through rasterio."""

@@ -1,0 +1,1 @@
+"""Maps of robots at home: vacuum robots and lawn mowers."""

@@ -1,0 +1,1 @@
+"""Files of maps for other programs: point clouds and GeoTIFF."""
