@@ -29,6 +29,9 @@ BUILT = ROOT / "build" / "clients"
 FEEDBACK = {1: {"base_position"}, 2: {"current_pose", "estimated_time_remaining", "distance_remaining"}}
 """Fields of the feedback of Move Base's action and of Nav2's, by the version of ROS."""
 
+FOLLOWED = ["succeeded", ["distance_to_goal", "speed", "tracking_feedback"]]
+"""End of FollowPath, and the fields of its feedback, of a client that follows a path."""
+
 
 class Client(NamedTuple):
     """Client library: its version of ROS, the command that runs it, its PYTHONPATH, and the file that it needs."""
@@ -91,6 +94,7 @@ def check(operated: Operated, ros: int, grid: GridMap) -> None:
     assert found["plan"] > 2
     assert set(found["feedback"]) >= FEEDBACK[ros]
     assert found["ends"] == ["cancelled", "succeeded"]
+    assert found.get("followed", FOLLOWED) == FOLLOWED
     assert operated.drive.scorer.error(0, operated.near) <= 0.25
 
 
