@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ppaas.clock import Clock
 from ppaas.clone.assembly import build_clone
+from ppaas.clone.plugins import DEFAULT_PLANNER
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
@@ -56,8 +57,8 @@ class InProcessClone:
 
     Parameters
     ----------
-    layers : MapLayers
-        Layers of the map.
+    layers : MapLayers or None
+        Layers of the map; None for a robot that makes one.
     start : Pose2D
         Initial pose of the robot.
     controller : str
@@ -68,6 +69,8 @@ class InProcessClone:
         Simulated time since the epoch [s].
     robot : str, optional
         Robot ID.
+    planner : str, optional
+        Name of the global planner.
 
     Attributes
     ----------
@@ -88,13 +91,14 @@ class InProcessClone:
 
     def __init__(
         self,
-        layers: MapLayers,
+        layers: MapLayers | None,
         start: Pose2D,
         controller: str,
         parameters: dict[str, Any],
         clock: Clock,
         *,
         robot: str = "robot",
+        planner: str = DEFAULT_PLANNER,
     ) -> None:
         self.recoveries = 0
         self.end: CloneGoalEnd | None = None
@@ -108,9 +112,10 @@ class InProcessClone:
         build_clone(
             self.graph, layers,
             model=MODEL, initial_pose=(start.x, start.y, start.theta),
-            base_local_planner=controller, parameters=parameters, robot=robot,
+            base_global_planner=planner, base_local_planner=controller, parameters=parameters, robot=robot,
         )  # fmt: skip
-        for topic in ("cmd_vel", "plan", "particlecloud", topics.MOVE_BASE_STATUS.name, topics.MOVE_BASE_RESULT.name):
+        heard = ("cmd_vel", "plan", topics.MOVE_BASE_STATUS.name, topics.MOVE_BASE_RESULT.name)
+        for topic in heard if layers is None else (*heard, "particlecloud"):
             self.graph.tap(topic, self._hear)
 
     def odometry(self, message: Odometry) -> None:

@@ -1,0 +1,1 @@
+"""Bench of the imports of foreign files: time, report, and whether a robot then drives."""

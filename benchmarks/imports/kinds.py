@@ -1,0 +1,88 @@
+"""Kinds of files that are imported: how each is known, imported, parsed barely, and driven by."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import yaml
+
+from benchmarks.imports import drives
+from ppaas.imports.graphs.reading import import_graph
+from ppaas.imports.maps.importing import import_map
+from ppaas.imports.parameters.clone_check import refusal
+from ppaas.imports.parameters.draft import Translation, robot_file
+from ppaas.imports.parameters.nav2.importer import import_nav2
+from ppaas.imports.parameters.ros1.importing import import_ros1
+from ppaas.imports.parameters.slam.cartographer import import_cartographer
+from ppaas.imports.parameters.slam.gmapping import import_gmapping
+from ppaas.imports.parameters.slam.slam_toolbox import import_slam_toolbox
+from ppaas.imports.report import ImportReport
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+@dataclass(frozen=True, slots=True)
+class ImportKind:
+    """A kind of files.
+
+    Parameters
+    ----------
+    name : str
+    knows : callable
+        Returns whether a file, by its name and content, is of this kind.
+    run : callable
+        Imports the content of a file of a name; returns what it became, and the report.
+    bare : callable, optional
+        Parses the content by the library of the format alone.
+    drive : callable, optional
+        Lets a robot drive by what it became; returns ``drove …`` or ``no: …``.
+    """
+
+    name: str
+    knows: Callable[[str, bytes], bool]
+    run: Callable[[bytes, str], tuple[Any, ImportReport]]
+    bare: Callable[[bytes], object] | None = None
+    drive: Callable[[Any], str] | None = None
+
+
+def _yaml(content: bytes) -> object:
+    return yaml.load(content, Loader=_LOADER)
+
+
+def _parameters(run: Callable[[bytes, str], Translation]) -> Callable[[bytes, str], tuple[Any, ImportReport]]:
+    def imported(content: bytes, name: str) -> tuple[Any, ImportReport]:
+        draft, report = run(content, name)
+        own = {} if "map" in draft else {"map": "office"}
+        return robot_file([(draft, report)], own, refusal), report
+
+    return imported
+
+
+def _file(pattern: str, words: bytes = b"") -> Callable[[str, bytes], bool]:
+    name, inside = re.compile(pattern, re.IGNORECASE), re.compile(words)
+    return lambda given, content: name.search(given) is not None and inside.search(content) is not None
+
+
+_YAML, _JSON, _BINARY = r"\.ya?ml$", r"\.(geo)?json$", r"\.(pcd|ply|las|laz|e57|xyz|tiff?|asc)$"
+_GRAPH = rb'"layouts"|"startid"|"FeatureCollection"'
+
+
+def _parameter_kind(name: str, words: bytes, run: Callable[[bytes, str], Translation]) -> ImportKind:
+    return ImportKind(name, _file(_YAML, words), _parameters(run), _yaml, drives.drive)
+
+
+KINDS = (
+    ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, _yaml, drives.drive_lanes),
+    _parameter_kind("slam_toolbox", rb"(?m)^/?(slam_toolbox|mapper_params)\S*:|use_scan_matching", import_slam_toolbox),
+    _parameter_kind("Nav2", rb"ros__parameters", import_nav2),
+    _parameter_kind("gmapping", rb"(?m)^\s*(particles|linearUpdate|maxUrange):", import_gmapping),
+    _parameter_kind("ROS 1 navigation", rb":", import_ros1),
+    ImportKind("cartographer", _file(r"\.lua$"), _parameters(import_cartographer), None, drives.drive),
+    ImportKind("graph", _file(_JSON, _GRAPH), import_graph, msgspec.json.decode, drives.drive_lanes),
+    ImportKind("Lanelet2", _file(r"\.osm$"), import_graph, None, drives.drive_lanes),
+    ImportKind("map", _file(_JSON), import_map, msgspec.json.decode, drives.drive_on_imported),
+    ImportKind("cloud or raster", _file(_BINARY), import_map, None, drives.drive_on_imported),
+)
+"""All kinds; the first that knows a file imports it."""

@@ -1,0 +1,47 @@
+"""Bench of the imports: kinds, samples, reports and drives."""
+
+import pytest
+
+from benchmarks.imports import drives
+from benchmarks.imports.kinds import KINDS
+from benchmarks.imports.run import ImportsReport, TriedFile, try_file
+from benchmarks.imports.samples import samples
+from ppaas.maps.generate import office
+
+SAMPLES = dict(samples(large=False))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_sample_is_known_and_imported(name: str) -> None:
+    tried = try_file(name, SAMPLES[name], drives=False)
+    assert (tried.error, tried.refused, tried.drove) == ("", 0, "")
+    assert tried.taken + tried.translated > 0
+    assert tried.seconds > 0.0
+
+
+def test_each_kind_of_sample_is_another_one() -> None:
+    kinds = [next(kind.name for kind in KINDS if kind.knows(name, content)) for name, content in SAMPLES.items()]
+    assert kinds == ["Nav2", "slam_toolbox", "graph", "graph", "map", *["cloud or raster"] * 4]
+
+
+def test_a_robot_drives_along_imported_lanes() -> None:
+    assert try_file("route.geojson", SAMPLES["route.geojson"], drives=True).drove.startswith("drove ")
+
+
+def test_a_robot_that_cannot_drive_is_reported() -> None:
+    stuck = {"map": "office", "parameters": {"global_costmap": {"robot_radius": 2.5}}}
+    assert drives.drive(stuck, office(0)).startswith("no: ")
+
+
+def test_a_file_of_no_kind_and_one_that_cannot_be_read_are_no_imports() -> None:
+    assert try_file("notes.txt", b"hello", drives=True).error == "no: of no known kind"
+    assert try_file("nav2.yaml", b"ros__parameters: [1", drives=True).error.startswith("no: invalid-parameter: ")
+
+
+def test_a_report_passes_with_95_percent_of_the_files() -> None:
+    good = [TriedFile("a", "map", 1, drove="drove 5.0 m in 9 s")] * 19
+    assert ImportsReport([*good, TriedFile("b", "map", 1, drove="no: stuck")]).passed
+    assert not ImportsReport([*good, *[TriedFile("b", "map", 1, error="no: damaged")] * 2]).passed
+    report = ImportsReport(good[:1])
+    assert report.rows()[0]["then"] == "drove 5.0 m in 9 s"
+    assert report.sentences() == ["1 of 1 files were imported, and robots drove by them where they could"]
