@@ -27,9 +27,8 @@ Imported = tuple[ImportedMap, ImportReport]
 _Reader = Callable[[bytes, ImportReport], PointCloud]
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp")
-DRAWINGS = (".svg", ".dxf", ".pdf")
 
-_CLOUDS: dict[str, _Reader] = {
+CLOUDS: dict[str, _Reader] = {
     ".pcd": read_pcd, ".ply": read_ply, ".las": las.read_las, ".laz": las.read_las,
     ".xyz": read_xyz, ".txt": read_xyz, ".csv": read_xyz, ".pts": read_xyz,
 }  # fmt: skip
@@ -71,7 +70,7 @@ def import_map(content: bytes, name: str, options: MapOptions | None = None) -> 
         raise InvalidInput(f"{name} is not a file for this command: {_NEXT_STEPS[ending]}")
     if _is_raster(content, ending, options):
         return import_raster(content, name, options)
-    reader = next((read for magic, read in _MAGIC if content.startswith(magic)), _CLOUDS.get(ending))
+    reader = next((read for magic, read in _MAGIC if content.startswith(magic)), CLOUDS.get(ending))
     if ending == ".asc":
         reader = read_xyz
     if reader is not None:
@@ -143,4 +142,4 @@ def _import_json(content: bytes, name: str, options: MapOptions) -> Imported:
 
 
 def _known() -> str:
-    return f"known: maps of Valetudo and OpenMower, {', '.join(_CLOUDS)}, GeoTIFF, .asc, and pictures with world files"
+    return f"known: maps of Valetudo and OpenMower, {', '.join(CLOUDS)}, GeoTIFF, .asc, and pictures with world files"
