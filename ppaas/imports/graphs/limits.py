@@ -58,7 +58,7 @@ def _simplified(chain: LaneChain, straight: float) -> LaneChain:
                 Link(link.start, link.end, [*link.points], link.one_way, link.name, link.max_speed, link.percent,
                      link.groups)
             )  # fmt: skip
-    for link in links:
+    for link in (link for link in links if len(link.points) > 2):
         simple = shapely.simplify(shapely.LineString(link.points), straight)
         link.points = [(float(x), float(y)) for x, y in simple.coords]
     return LaneChain([links[0].start, *(link.end for link in links)], links, chain.one_way)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from ppaas.bounded import above_zero
 from ppaas.clock import epoch
 from ppaas.errors import InvalidInput, InvalidZones
-from robots.cli.import_report import print_report
 from robots.cli.output import print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.session import add_session_arguments, logged_in
@@ -105,6 +104,7 @@ async def import_graph(arguments: argparse.Namespace) -> None:
 
 def _try(arguments: argparse.Namespace) -> None:
     from ppaas.zones.reading import geojson_of as file_of  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from robots.cli.import_report import print_report  # noqa: PLC0415 - see above
     from robots.client.map_files import read_map_file  # noqa: PLC0415 - see above
 
     grid: GridMap | None = None if arguments.on is None else read_map_file(arguments.on)
@@ -120,6 +120,7 @@ def _try(arguments: argparse.Namespace) -> None:
 
 async def _publish(arguments: argparse.Namespace) -> None:
     from ppaas.zones.reading import geojson_of as file_of  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from robots.cli.import_report import print_report  # noqa: PLC0415 - see above
 
     client, path = logged_in(arguments), path_of("maps", arguments.id)
     described = await client.get(path)
@@ -204,6 +205,7 @@ async def export_graph(arguments: argparse.Namespace) -> None:
     from ppaas.imports.graphs.from_zones import graph_of_zones  # noqa: PLC0415 - ``ppaas --help`` loads this module
     from ppaas.imports.report import ImportReport  # noqa: PLC0415 - see above
     from ppaas.zones.reading import zones_of  # noqa: PLC0415 - see above
+    from robots.cli.import_report import print_report  # noqa: PLC0415 - see above
 
     name = arguments.out.name.lower()
     if not name.endswith(LIF + NAV2):
