@@ -53,6 +53,9 @@ from ppaas.thread_budget import Threads, one_thread
 DEPTH_CAMERA = "depthimage_to_laserscan"
 """Node of robots with a depth camera; it is created only if the robot has parameters for it."""
 
+LASER_PROC = "laser_proc"
+"""Node of robots whose laser sends several echoes; it is created only if the robot has parameters for it."""
+
 STATIC_LAYER = "static_layer"
 """Name of the parameters of the layer that is the map."""
 
@@ -296,7 +299,7 @@ def _optional(
     maps = layers is None
     octomap = octomap_makers(given, names, threads, wanted=maps and given.has(DEPTH_CAMERA))
     people = people_makers(given, names, layers, robot)
-    return octomap | _camera(given) | exploring(given, body, costs, names, maps=maps) | people
+    return octomap | _camera(given) | _echoes(given) | exploring(given, body, costs, names, maps=maps) | people
 
 
 def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
@@ -309,6 +312,17 @@ def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
 
     parameters = given.read(DepthScanParameters, DEPTH_CAMERA)
     return {DEPTH_CAMERA: lambda context: DepthImageToLaserScanNode(context, parameters)}
+
+
+def _echoes(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
+    """Return the maker of the node for lasers with several echoes if there are parameters for it."""
+    if not given.has(LASER_PROC):
+        return {}
+    # As above.
+    from ppaas.nodes.laser_proc import LaserProcNode, LaserProcParameters  # noqa: PLC0415
+
+    parameters = given.read(LaserProcParameters, LASER_PROC)
+    return {LASER_PROC: lambda context: LaserProcNode(context, parameters)}
 
 
 def _body(

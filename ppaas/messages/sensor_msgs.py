@@ -33,6 +33,31 @@ class LaserScan(Message):
     intensities: list[Float32 | None] = field(default_factory=list)
 
 
+class LaserEcho(Message):
+    """``sensor_msgs/LaserEcho``: ranges [m] or intensities of one beam, the nearest first."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("echoes",)
+
+    echoes: list[Float32 | None]
+
+
+class MultiEchoLaserScan(Message):
+    """``sensor_msgs/MultiEchoLaserScan``: a scan whose beams have several ranges each, otherwise as `LaserScan`."""
+
+    ros_order: ClassVar[tuple[str, ...]] = LaserScan.ros_order
+
+    header: Header
+    angle_min: Float32
+    angle_max: Float32
+    angle_increment: Float32
+    range_min: Float32
+    range_max: Float32
+    ranges: list[LaserEcho]
+    time_increment: Float32 = 0.0
+    scan_time: Float32 = 0.0
+    intensities: list[LaserEcho] = field(default_factory=list)
+
+
 class PointFieldType(IntEnum):
     """Values of ``datatype`` of ``sensor_msgs/PointField``."""
 

@@ -36,7 +36,7 @@ from ppaas.messages.operators.teleoperation import TeleopCommand, TeleopState
 from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState, SensorView
 from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
-from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2
+from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, MultiEchoLaserScan, PointCloud2
 from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionFeedback,
@@ -51,6 +51,7 @@ from ppaas.nodes.nav2_actions import EXPLORE, NAV2_ACTIONS
 # -- sensors -----------------------------------------------------------------------------------------------------------
 
 SCAN = Topic("scan", LaserScan, stream=True, depth=1, robot_only=True)
+ECHOES = Topic("echoes", MultiEchoLaserScan, stream=True, depth=1, robot_only=True)
 ODOM = Topic("odom", Odometry, stream=True, depth=1, robot_only=True)
 TF = Topic("tf", TFMessage, stream=True, depth=50, robot_only=True, many_publishers=True)
 TF_STATIC = Topic("tf_static", TFMessage, latched=True, stream=True, lasting=True, robot_only=True,

@@ -37,14 +37,14 @@ from robots.onboard.stop_latch import OnboardLatch
 logger = logging.getLogger(__name__)
 
 NODES = (
-    "amcl", "grid_slam", "move_base", "waypoint_follower", "depthimage_to_laserscan", "torso_detector", "leg_detector",
-    "people_tracker", "follow_person",
+    "amcl", "grid_slam", "move_base", "waypoint_follower", "depthimage_to_laserscan", "laser_proc", "torso_detector",
+    "leg_detector", "people_tracker", "follow_person",
 )  # fmt: skip
 """Nodes of a clone that may run on a robot. A clone has one of the first two, and those for depth cameras and people if
 the robot has parameters for them."""
 
 SENSORS = (
-    topics.SCAN.name, topics.ODOM.name, topics.DEPTH_IMAGE.name, topics.COMPRESSED_DEPTH_IMAGE.name,
+    topics.SCAN.name, topics.ECHOES.name, topics.ODOM.name, topics.DEPTH_IMAGE.name, topics.COMPRESSED_DEPTH_IMAGE.name,
     topics.DEPTH_CAMERA_INFO.name, topics.CLOUD_IN.name,
 )  # fmt: skip
 """Topics of sensors, which the robot's client publishes and local nodes receive directly."""

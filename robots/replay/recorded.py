@@ -30,7 +30,7 @@ from robots.replay.outcomes import COMPARED, Outcomes
 INPUTS = frozenset(
     topic.name
     for topic in (
-        topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.SIMPLE_GOAL,
+        topics.SCAN, topics.ECHOES, topics.ODOM, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.SIMPLE_GOAL,
         topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE,
         topics.MOVE_BASE_CANCEL, topics.WAYPOINTS_GOAL, topics.WAYPOINTS_CANCEL, topics.SPEED_LIMIT, topics.PEOPLE,
         topics.DETECTIONS, topics.DEPTH_IMAGE, topics.COMPRESSED_DEPTH_IMAGE, topics.DEPTH_CAMERA_INFO,

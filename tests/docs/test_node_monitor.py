@@ -7,7 +7,7 @@ import msgspec
 
 from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
-from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.assembly import DEPTH_CAMERA, LASER_PROC, build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.generate import office
 from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode
@@ -45,7 +45,7 @@ def test_criteria_and_nodes_are_those_of_the_code() -> None:
     assert [row[0] for row in table(PAGE, "criterion", "vote")] == list(CRITERIA)
     graph = Graph()
     layers = build_layers(office(seed=1, width=12.0, height=10.0))
-    some = {DEPTH_CAMERA: {}, "torso_detector": {}, "leg_detector": {}, "follow_person": {}}
+    some = {DEPTH_CAMERA: {}, LASER_PROC: {}, "torso_detector": {}, "leg_detector": {}, "follow_person": {}}
     build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters=some)
     build_clone(graph, None, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), only=["grid_slam"])
     assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)

@@ -79,6 +79,7 @@ ONLY_HERE = {
     "traffic": "Nav2 has no traffic of several robots",
     "teleop": "Nav2 has no driving by hand with leases",
     "explore": "explore_lite is no part of Nav2",
+    "laser_proc": "run laser_proc of ROS beside Nav2, and remap its topic to /scan",
     "torso_detector": "Nav2 sees no people", "leg_detector": "Nav2 sees no people",
     "people_tracker": "Nav2 sees no people", "follow_person": "Nav2 sees no people",
     "robot_state_publisher": "the frame of the laser is in the URDF, or in the launch file",

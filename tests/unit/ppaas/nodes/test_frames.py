@@ -5,7 +5,7 @@ import math
 import pytest
 
 from engine.container.monitor.node import NodeMonitorNode
-from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.assembly import DEPTH_CAMERA, LASER_PROC, build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
@@ -86,7 +86,7 @@ def test_names_of_frames_are_bounded_and_those_that_drive_the_robot_always_count
     assert frames.odometry_silence(3.0) == 1.0 and frames.odometry().x == pytest.approx(0.1)
 
 
-CAMERAS = {DEPTH_CAMERA: {}, "octomap_server": {}}
+CAMERAS = {DEPTH_CAMERA: {}, "octomap_server": {}, LASER_PROC: {}}
 PEOPLE = {"torso_detector": {}, "leg_detector": {}, "follow_person": {}}
 
 
