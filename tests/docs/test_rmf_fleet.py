@@ -6,7 +6,8 @@ import shlex
 
 from ppaas.wire.rmf.fleet_robot import LONGEST_WAIT, RmfMode
 from ppaas.wire.ros.rmf_definitions import FLEET_STATE
-from robots.bridges.cli import rmf
+from robots.bridges.cli import free_fleet, rmf
+from robots.bridges.free_fleet.robot import BATTERY, BATTERY_PERIOD, NAVIGATE, POSE_PERIOD, TF
 from robots.bridges.rmf.fleet import LOOK_PERIOD, REQUESTS, STATES
 from robots.bridges.rmf.options import FleetForRmf, read_frames
 from robots.bridges.rmf.robot_in_cloud import POSE_AGE
@@ -22,11 +23,20 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def test_the_command_is_accepted() -> None:
+def test_the_commands_are_accepted() -> None:
     commands = [line for block in blocks(PAGE, "sh") for line in block.splitlines() if line.startswith("ppaas bridge")]
-    [line] = commands
-    arguments = parser().parse_args(shlex.split(line)[3:])
-    assert (arguments.robots, arguments.fleet, arguments.level) == (["tb1"], "carts", [("office", "L1")])
+    driver, navigators = (shlex.split(line)[2:] for line in commands)
+    arguments = parser().parse_args(driver[1:])
+    assert (driver[0], arguments.robots, arguments.fleet) == ("rmf", ["tb1"], "carts")
+    assert arguments.level == [("office", "L1")]
+    made = argparse.ArgumentParser()
+    free_fleet.configure(made)
+    arguments = made.parse_args(navigators[1:])
+    assert (navigators[0], arguments.name, arguments.connect) == (
+        "free-fleet",
+        [("tb1", "nav2_tb3")],
+        ["tcp/ROUTER:7447"],
+    )
 
 
 def test_the_options_are_those_of_the_command() -> None:
@@ -68,5 +78,13 @@ def test_the_numbers_are_those_of_the_code() -> None:
 
 
 def test_the_example_of_reference_points_fits() -> None:
-    [example] = blocks(PAGE, "yaml")
+    example = blocks(PAGE, "yaml")[0]
     assert 0.0 < read_frames(example.encode())["L1"].residual < rmf.WORST
+
+
+def test_the_keys_of_free_fleet_are_those_of_the_bridge() -> None:
+    shown = {key.partition("/")[2]: kind for key, kind, _ in table(PAGE, "key of Zenoh", "type", "")}
+    plain = {kind: "/".join(kind.split("/")[::2]) for kind in (TF, BATTERY, NAVIGATE)}
+    assert shown == {"tf": plain[TF], "battery_state": plain[BATTERY], "navigate_to_pose/_action/…": plain[NAVIGATE]}
+    assert (POSE_PERIOD, BATTERY_PERIOD) == (0.2, 1.0), "five times a second, and once"
+    assert "five times a second" in TEXT and "once a second" in TEXT

@@ -20,21 +20,12 @@ WORST = 0.5
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("robots", nargs="*", metavar="ROBOT", help="ids of the robots (all of the user)")
-    add_cloud_arguments(parser)
+    add_robots_arguments(parser)
     parser.add_argument("--fleet", required=True, metavar="NAME", help="name of the fleet in Open-RMF")
-    parser.add_argument(
-        "--name",
-        action="append",
-        type=_pair,
-        default=[],
-        metavar="ROBOT=NAME",
-        help="name of a robot in Open-RMF; may be repeated (its id)",
-    )
     parser.add_argument(
         "--level",
         action="append",
-        type=_pair,
+        type=named_pair,
         default=[],
         metavar="MAP=LEVEL",
         help="name of the level of a map of the cloud; may be repeated (the id of the map)",
@@ -52,6 +43,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_transport_arguments(parser)
 
 
+def add_robots_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the robots, their names in Open-RMF, and the options of the cloud."""
+    parser.add_argument("robots", nargs="*", metavar="ROBOT", help="ids of the robots (all of the user)")
+    add_cloud_arguments(parser)
+    parser.add_argument(
+        "--name",
+        action="append",
+        type=named_pair,
+        default=[],
+        metavar="ROBOT=NAME",
+        help="name of a robot in Open-RMF; may be repeated (its id)",
+    )
+
+
+async def robots_of(arguments: argparse.Namespace) -> list[str]:
+    """Return the ids of the robots of the arguments, by default of all robots of the user."""
+    named: list[str] = arguments.robots
+    rest = rest_client(arguments.url, token_of(arguments))
+    return named or [one["id"] for one in await rest.items("/v1/robots")]
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Present the fleet until interrupted; return the exit status."""
     return run_logged(_run(arguments))
@@ -64,7 +76,7 @@ async def _run(arguments: argparse.Namespace) -> None:
 
     token = token_of(arguments)
     frames = {} if arguments.transform is None else _frames(arguments.transform)
-    robots = arguments.robots or [one["id"] for one in await rest_client(arguments.url, token).items("/v1/robots")]
+    robots = await robots_of(arguments)
     names, levels = dict(arguments.name), dict(arguments.level)
     options = FleetForRmf(arguments.fleet, names, levels, frames, arguments.period)
     await present(transport_of(arguments), arguments.url, token, robots, options)
@@ -88,7 +100,8 @@ def _frames(file: Path) -> "dict[str, LevelFrame]":
     return frames
 
 
-def _pair(text: str) -> tuple[str, str]:
+def named_pair(text: str) -> tuple[str, str]:
+    """Return both names of a text such as ``tb1=cart``, for ``argparse``; ``ArgumentTypeError`` if one is missing."""
     one, _, other = text.partition("=")
     if not (one and other):
         raise argparse.ArgumentTypeError(f"name both, as A=B, not {text!r}")

@@ -42,7 +42,16 @@ def add_transport_arguments(parser: argparse.ArgumentParser) -> None:
         help="domain of the robot's nodes (ROS_DOMAIN_ID, else 0)",
     )
     parser.add_argument("--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)")
-    zenoh = parser.add_argument_group("transport zenoh")
+    add_zenoh_arguments(parser, "transport zenoh")
+    dds = parser.add_argument_group("transport dds")
+    dds.add_argument(
+        "--dds-config", type=Path, metavar="FILE", help="configuration of Cyclone DDS (XML; CYCLONEDDS_URI)"
+    )
+
+
+def add_zenoh_arguments(parser: argparse.ArgumentParser, title: str) -> None:
+    """Add the options of a Zenoh session, as a group with a title."""
+    zenoh = parser.add_argument_group(title)
     zenoh.add_argument(
         "--listen",
         action="append",
@@ -58,10 +67,6 @@ def add_transport_arguments(parser: argparse.ArgumentParser) -> None:
         help="connect to a router, as tcp/robot:7447 (that of this computer, if it has one); may be repeated",
     )
     zenoh.add_argument("--zenoh-config", type=Path, metavar="FILE", help="configuration of Zenoh (JSON5), as for TLS")
-    dds = parser.add_argument_group("transport dds")
-    dds.add_argument(
-        "--dds-config", type=Path, metavar="FILE", help="configuration of Cyclone DDS (XML; CYCLONEDDS_URI)"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -10,13 +10,14 @@ import msgspec
 
 from ppaas.clock import monotonic
 from ppaas.decoding import from_json
-from ppaas.errors import MalformedMessage, PPaaSError, Unavailable
+from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Bool
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovarianceStamped
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
 from ppaas.wire.rmf.fleet_robot import DriveThrough, DriveThroughEnd, FleetRobot, RobotCommand
+from robots.bridges.core.battery import CHARGING, charge_of
 from robots.bridges.core.cloud_link import LOST, CloudGoal, CloudLink
 
 logger = logging.getLogger(__name__)
@@ -31,17 +32,9 @@ POSE_AGE = 3.0
 """Age of the last pose from which the robot counts as lost [s]."""
 
 REACHED = 4
-CHARGING = 1
-"""Status of a goal that was reached, and of a battery that is charged, as ROS 2 numbers them."""
+"""Status of a goal that was reached, as ROS 2 numbers it."""
 
 THROUGH = "nav2_msgs/action/NavigateThroughPoses"
-
-
-class _Charge(msgspec.Struct):
-    """``sensor_msgs/BatteryState``, which the cloud passes on without a check, as far as a state has it."""
-
-    percentage: float | None = None
-    power_supply_status: int = 0
 
 
 class _Progress(msgspec.Struct):
@@ -121,11 +114,8 @@ class RobotInCloud:
         self._posed = monotonic()
 
     def _charged(self, message: bytes) -> None:
-        try:
-            charge = from_json(message, _Charge)
-        except msgspec.DecodeError as error:
-            raise MalformedMessage(f"battery_state is not a sensor_msgs/BatteryState: {error}") from error
-        if charge.percentage is not None:
+        charge = charge_of(message)
+        if charge is not None and charge.percentage is not None:
             self._robot.battery = min(max(100.0 * charge.percentage, 0.0), 100.0)
             self._robot.charging = charge.power_supply_status == CHARGING
 

@@ -112,9 +112,15 @@ class ZenohTransport(Transport):
         Options of the session.
     name : str
         Name of the node.
+
+    Attributes
+    ----------
+    session : zenoh.Session
+        Valid after ``open``.
     """
 
     qos_matters = False
+    session: Any
 
     def __init__(self, options: ZenohOptions, name: str = "ppaas_bridge") -> None:
         self._options, self._name, self.domain = options, name, options.domain
@@ -133,14 +139,14 @@ class ZenohTransport(Transport):
         self._changed = changed
         config = self._config()
         try:
-            self._session = await asyncio.to_thread(self._zenoh.open, config)
+            self.session = await asyncio.to_thread(self._zenoh.open, config)
         except self._zenoh.ZError as error:
             raise Unavailable(f"Zenoh cannot be opened: {error}") from error
-        self._node = ZenohNode(self._options.domain, str(self._session.info.zid()), "/", self._name)
+        self._node = ZenohNode(self._options.domain, str(self.session.info.zid()), "/", self._name)
         self._graph.own = f"@ros2_lv/{self._options.domain}/{self._node.session}/"
-        self._token = self._session.liveliness().declare_token(self._node.token)
-        self._watcher = self._session.liveliness().declare_subscriber(
-            f"@ros2_lv/{self._options.domain}/**", self._in_loop(self._token_changed), history=True
+        self._token = self.session.liveliness().declare_token(self._node.token)
+        self._watcher = self.session.liveliness().declare_subscriber(
+            f"@ros2_lv/{self._options.domain}/**", self.in_loop(self._token_changed), history=True
         )
         await asyncio.sleep(GRAPH_WAIT)
         release = self._options.release or release_of(self._graph.entities.values())
@@ -152,8 +158,8 @@ class ZenohTransport(Transport):
         for task in self._answering:
             task.cancel()
         await asyncio.gather(*self._answering, return_exceptions=True)
-        if hasattr(self, "_session"):
-            await asyncio.to_thread(self._session.close)
+        if hasattr(self, "session"):
+            await asyncio.to_thread(self.session.close)
 
     def _config(self) -> Any:
         options = self._options
@@ -184,7 +190,7 @@ class ZenohTransport(Transport):
             raise InvalidInput(f"Zenoh cannot be configured: {error}") from error
         return config
 
-    def _in_loop(self, call: Callable[..., None]) -> Callable[[Any], None]:
+    def in_loop(self, call: Callable[..., None]) -> Callable[[Any], None]:
         """Return a callback for threads of Zenoh, in which errors would vanish."""
 
         def callback(sample: Any) -> None:
@@ -211,7 +217,7 @@ class ZenohTransport(Transport):
         return tuple(sorted(found - {self.domain}))
 
     def _tokens(self, pattern: str) -> list[str]:
-        replies = self._session.liveliness().get(pattern, timeout=LOOK)
+        replies = self.session.liveliness().get(pattern, timeout=LOOK)
         return [str(reply.ok.key_expr) for reply in itertools.islice(replies, MAX_ENTITIES) if reply.ok]
 
     def _token_changed(self, sample: Any) -> None:
@@ -234,7 +240,7 @@ class ZenohTransport(Transport):
         number = next(self._numbers)
         entity = Entity(kind, name, type_name, qos, self._name, str(number), self.types.type_hash(type_name))
         token = self._node.entity_token(number, entity)
-        return self._session.liveliness().declare_token(token), gid_of(token)
+        return self.session.liveliness().declare_token(token), gid_of(token)
 
     # -- topics --------------------------------------------------------------------------------------------------------
 
@@ -245,26 +251,26 @@ class ZenohTransport(Transport):
             from zenoh.ext import CacheConfig, declare_advanced_publisher  # noqa: PLC0415 - of the extra ros2
 
             declared = declare_advanced_publisher(
-                self._session, key, cache=CacheConfig(max_samples=qos.depth), publisher_detection=True
+                self.session, key, cache=CacheConfig(max_samples=qos.depth), publisher_detection=True
             )
         else:
-            declared = self._session.declare_publisher(key, congestion_control=self._zenoh.CongestionControl.DROP)
+            declared = self.session.declare_publisher(key, congestion_control=self._zenoh.CongestionControl.DROP)
         token, gid = self._declare_token(Kind.PUBLISHER, topic, type_name, qos)
         return _Publisher(self._kept, token, declared, gid)
 
     def subscribe(self, topic: str, type_name: str, qos: Qos, received: Received) -> Closable:
         """Subscribe to a topic, whatever the hash of its type."""
         key = topic_key(self._options.domain, topic, type_name)
-        handler = self._in_loop(lambda sample: received(sample.payload.to_bytes()))
+        handler = self.in_loop(lambda sample: received(sample.payload.to_bytes()))
         remote = self._zenoh.Locality.REMOTE
         declared: Any
         if qos.latched:
             from zenoh.ext import HistoryConfig, declare_advanced_subscriber  # noqa: PLC0415
 
             history = HistoryConfig(detect_late_publishers=True)
-            declared = declare_advanced_subscriber(self._session, key, handler, history=history, allowed_origin=remote)
+            declared = declare_advanced_subscriber(self.session, key, handler, history=history, allowed_origin=remote)
         else:
-            declared = self._session.declare_subscriber(key, handler, allowed_origin=remote)
+            declared = self.session.declare_subscriber(key, handler, allowed_origin=remote)
         token, _ = self._declare_token(Kind.SUBSCRIBER, topic, type_name, qos)
         return _Entity(self._kept, token, declared)
 
@@ -279,7 +285,7 @@ class ZenohTransport(Transport):
             self._answering.add(task)
             task.add_done_callback(self._answering.discard)
 
-        declared = self._session.declare_queryable(key, self._in_loop(received), complete=True)
+        declared = self.session.declare_queryable(key, self.in_loop(received), complete=True)
         token, _ = self._declare_token(Kind.SERVER, service, type_name, Qos())
         return _Entity(self._kept, token, declared)
 

@@ -1,6 +1,6 @@
 """Open-RMF on rclpy with the real ``rmf_fleet_msgs``, as the adapter ``full_control`` speaks to a driver of a fleet.
 
-``python rclpy_rmf.py FLEET ROBOT PATH LEVEL`` sends a robot along a path, ``[[X, Y, YAW], ...]``; it prints what it saw.
+``python rclpy_rmf.py FLEET ROBOT PATH LEVEL`` sends a robot along a path, ``[[X, Y, YAW], ...]``; it prints JSON.
 """
 
 import json

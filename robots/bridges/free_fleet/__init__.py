@@ -1,0 +1,1 @@
+"""Robots of the cloud for free_fleet of Open-RMF, which takes robots with Navigation2 over Zenoh."""
