@@ -32,5 +32,5 @@ def test_a_report_is_one_line_of_json(capsys: pytest.CaptureFixture[str]) -> Non
     document = json.loads(capsys.readouterr().err)
     assert document["counts"] == {"taken": 1, "translated": 0, "no effect": 0, "refused": 1}
     assert document["entries"][1] == {
-        "part": "slam_toolbox.modee", "outcome": "refused", "text": "unknown; meant: mode", "line": 9,
+        "part": "slam_toolbox.modee", "outcome": "refused", "text": "unknown; meant: mode", "line": 9, "to": "",
     }  # fmt: skip
