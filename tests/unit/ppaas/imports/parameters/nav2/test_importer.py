@@ -146,7 +146,8 @@ local_costmap:
       plugins: [obstacles]
       obstacles:
         plugin: "nav2_costmap_2d::ObstacleLayer"
-        observation_sources: lidar
+        observation_sources: lidar camera
+        camera: {data_type: PointCloud2, obstacle_max_range: 9.0}
         lidar: {topic: /scan, obstacle_max_range: 4.0, raytrace_max_range: 3.0, marking: true}
 """
     )
@@ -155,6 +156,8 @@ local_costmap:
         "global_costmap": {"footprint": [[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]},
         "static_layer": {"track_unknown_space": True},
     }
+    of_camera = entry(report, "local_costmap/local_costmap.obstacles.camera.obstacle_max_range")
+    assert of_camera.outcome is ImportOutcome.NO_EFFECT
     of_global = entry(report, "global_costmap/global_costmap.robot_radius")
     assert (of_global.outcome, of_global.text) == (
         ImportOutcome.NO_EFFECT, "the footprint counts, since there is one",
@@ -202,9 +205,7 @@ robot2:
     assert "--namespace robot2" in entry(report, "robot2/amcl").text
     second, report = imported(text, namespace="robot2")
     assert second["parameters"]["local_costmap"] == {"width": 6.0}
-    lost = (
-        entry(report, "/**.width") if any(e.part == "/**.width" for e in report.entries) else entry(report, "**.width")
-    )
+    lost = entry(report, "/**.width")
     assert (lost.outcome, "wins" in lost.text) == (ImportOutcome.NO_EFFECT, True)
 
 
