@@ -37,7 +37,8 @@ def named(path: str) -> NamedNode:
     *above, name = parts or [""]
     if above and above[-1] == name:
         above.pop()
-    return NamedNode(path, "/".join(part for part in above if part not in WILDCARDS), name)
+    shown = f"/{path}" if path[:1] in WILDCARDS else path
+    return NamedNode(shown, "/".join(part for part in above if part not in WILDCARDS), name)
 
 
 def chosen_namespace(nodes: Iterable[NamedNode], wanted: str) -> str:

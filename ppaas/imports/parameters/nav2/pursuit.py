@@ -80,7 +80,7 @@ VECTOR_PURSUIT = PluginTable(
         {
             **_SPEEDS,
             "max_linear_accel": ("acc_lim_x", above_zero),
-            "min_linear_velocity": ("regulated_linear_scaling_min_speed", above_zero),
+            "min_linear_velocity": ("regulated_linear_scaling_min_speed", unless_zero),
             "max_allowed_time_to_collision_up_to_target": ("max_allowed_time_to_collision_up_to_carrot", number),
         },
         {
@@ -103,7 +103,7 @@ GRACEFUL = PluginTable(
             "max_lookahead": ("lookahead_dist", above_zero),
             "min_lookahead": ("min_lookahead_dist", above_zero),
             "v_linear_max": ("max_vel_x", above_zero),
-            "v_linear_min": ("min_approach_linear_velocity", above_zero),
+            "v_linear_min": ("min_approach_linear_velocity", unless_zero),
             "v_angular_max": ("max_vel_theta", above_zero),
             "v_angular_min_in_place": ("min_vel_theta", unless_zero),
             "slowdown_radius": ("approach_velocity_scaling_dist", above_zero),

@@ -16,6 +16,9 @@ PREFERRED = frozenset({"FollowPath", "follow_path", "GridBased", "grid_based", "
 
 PRIMARY = "primary_controller"
 
+CLOUD = "depthimage_to_laserscan and octomap_server take what a camera sees"
+"""Reason why ranges of clouds of points are not taken for ranges of the laser."""
+
 Values = Mapping[str, GivenValue]
 
 
@@ -37,6 +40,8 @@ class Section(msgspec.Struct, frozen=True):
         Whether a shim is around the plug-in, whose parameters are in the same section.
     parts : dict of str to str
         Names that the values of the section list, such as critics, with the parameter that lists them.
+    clouds : set of str
+        Names of its observation sources that are clouds of points.
     """
 
     name: str
@@ -46,6 +51,7 @@ class Section(msgspec.Struct, frozen=True):
     chosen: str
     shim: bool = False
     parts: dict[str, str] = msgspec.field(default_factory=dict)
+    clouds: set[str] = msgspec.field(default_factory=set)
 
     @property
     def counts(self) -> bool:
@@ -59,8 +65,11 @@ def sections_of(table: NodeTable, values: Values) -> dict[str, Section]:
     for key, given in values.items():
         section = section_of(key, found)
         if section is not None and not key.endswith(".plugin"):
+            name = key[len(section.name) + 1 :]
+            if name.endswith(".data_type") and given.value == "PointCloud2":
+                section.clouds.add(name.partition(".")[0])
             for part in names_of(given.value):
-                section.parts.setdefault(part, key[len(section.name) + 1 :])
+                section.parts.setdefault(part, name)
     return found
 
 
@@ -116,7 +125,8 @@ def _below(section: Section, table: PluginTable, name: str) -> ParameterRule | N
     """Return the rule of a parameter that stands under a name that the section gives: a source, a critic, a state."""
     first, _, rest = name.partition(".")
     if table.sources:
-        return table.sources.get(rest)
+        found = table.sources.get(rest)
+        return ParameterRule(text=CLOUD) if found is not None and found.to and first in section.clouds else found
     if any(known.startswith(f"{first}.") for known in table.rules):
         return None  # a known part, which has no such parameter
     naming = table.rules.get(section.parts.get(first, first))

@@ -12,7 +12,6 @@ TEB = PluginTable(
         {
             "max_vel_x_backwards": ("min_vel_x", negated),
             "min_obstacle_dist": ("critical_distance", above_zero),
-            "dt_ref": ("model_dt", above_zero),
         },
         {
             TOLERANCES: (
@@ -21,7 +20,7 @@ TEB = PluginTable(
             ),
             SIDEWAYS: "max_vel_y acc_lim_y max_vel_trans weight_max_vel_y weight_acc_lim_y use_proportional_saturation",
             "mppi tries variants of commands instead of bands of poses": (
-                "teb_autosize dt_hysteresis min_samples max_samples global_plan_overwrite_orientation "
+                "teb_autosize dt_ref dt_hysteresis min_samples max_samples global_plan_overwrite_orientation "
                 "allow_init_with_backwards_motion global_plan_viapoint_sep via_points_ordered "
                 "max_global_plan_lookahead_dist global_plan_prune_distance exact_arc_length force_reinit_new_goal_dist "
                 "force_reinit_new_goal_angular feasibility_check_no_poses feasibility_check_lookahead_distance "
