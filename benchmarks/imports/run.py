@@ -104,7 +104,8 @@ def try_file(name: str, content: bytes, *, drives: bool) -> TriedFile:
 
 
 def _bare(kind: ImportKind, content: bytes) -> float:
-    return 0.0 if kind.bare is None else _timed(lambda: kind.bare(content))[0]
+    parse = kind.bare
+    return 0.0 if parse is None else _timed(lambda: parse(content))[0]
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
