@@ -199,21 +199,38 @@ def shared_depths(begins: Keys) -> NDArray[np.int64]:
     return np.concatenate((np.zeros(min(1, len(begins)), np.int64), shared))
 
 
+_SPREAD = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
+"""Shifts and masks that move the bits of a number apart, to each third place."""
+
+_LAST = 0x1FFFFF
+
+
 def morton_codes(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the Morton codes of keys: their bits interleaved as …zyxzyx. Their order is depth-first order."""
     codes = np.zeros(len(keys), np.int64)
-    for bit in range(DEPTH):
-        for axis in range(3):
-            codes |= (keys[:, axis] >> bit & 1) << (3 * bit + axis)
+    for axis in range(3):
+        spread = keys[:, axis].astype(np.int64)
+        for shift, mask in _SPREAD:
+            spread = (spread | spread << shift) & mask
+        codes |= spread << axis
     return codes
 
 
 def _keys_of(codes: NDArray[np.int64]) -> Keys:
     """Return the keys of Morton codes, the inverse of ``morton_codes``."""
-    keys = np.zeros((len(codes), 3), np.uint16)
-    for bit in range(DEPTH):
-        for axis in range(3):
-            keys[:, axis] |= ((codes >> (3 * bit + axis) & 1) << bit).astype(np.uint16)
+    keys = np.empty((len(codes), 3), np.uint16)
+    shifts, masks = zip(*reversed(_SPREAD), strict=True)
+    for axis in range(3):
+        together = codes >> axis & masks[0]
+        for shift, mask in zip(shifts, (*masks[1:], _LAST), strict=True):
+            together = (together | together >> shift) & mask
+        keys[:, axis] = together
     return keys
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
-from robots.cli.import_report import print_report
 from robots.cli.map_files.publication import add_publication_arguments, publish
 from robots.cli.output import print_line
 from robots.cli.output_files import write_file
@@ -124,6 +123,7 @@ def _check(arguments: argparse.Namespace) -> None:
 async def _deliver(arguments: argparse.Namespace, imported: "ImportedMap", report: "ImportReport", drawn: Any) -> None:
     """Print the report; draw, write or publish the map."""
     from ppaas.imports.maps.common.imported_map import files_of  # noqa: PLC0415 - see above
+    from robots.cli.import_report import print_report  # noqa: PLC0415
     from robots.client.map_files import map_id_of  # noqa: PLC0415
     from robots.pictures.imported_map import write_imported  # noqa: PLC0415
 

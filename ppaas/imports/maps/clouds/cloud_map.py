@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.imports.maps.clouds.distinct import DENSE as DENSE_VOLUME
+from ppaas.imports.maps.clouds.distinct import distinct
 from ppaas.imports.maps.clouds.ground import Floor, find_floor, flat_floor
 from ppaas.imports.maps.clouds.point_cloud import Coordinates, PointCloud
 from ppaas.imports.maps.clouds.rays import seen_through
@@ -156,7 +158,7 @@ def _free(
         inside = enclosed(occupied, info, options.start)
         report.translated("--start", f"{int(inside.sum())} cells within the walls around it are free")
         return inside
-    if seen.sum() >= LEAST_FREE * len(np.unique(sliced.cells)) and seen.any():
+    if seen.sum() >= LEAST_FREE * len(distinct(sliced.cells, info.width * info.height)) and seen.any():
         return closed_gaps(seen, occupied)
     inside = enclosed(occupied, info)
     if not inside.any():
@@ -174,25 +176,26 @@ def _free(
 def _octomap(sliced: _Slice, grid: GridMap, options: MapOptions, report: ImportReport) -> OcTree:
     """Return the octomap, with heights above the floor; space above free cells is free as high as the slice."""
     edge = grid.info.resolution
-    first = np.rint(np.array(grid.info.origin[:2]) / edge).astype(np.int64)
     layers = np.floor(sliced.floor.heights / np.float32(edge)).astype(np.int64)
-    lowest = int(layers.min())
-    count = grid.info.width * grid.info.height
-    codes = np.unique((layers - lowest) * count + sliced.cells)
-    voxels = _voxels(codes, count, grid.info, lowest)
-    occupied = np.ones(len(voxels), np.bool_)
+    lowest, count = int(layers.min()), grid.info.width * grid.info.height
+    volume = (int(layers.max()) - lowest + 1) * count
+    codes = distinct((layers - lowest) * count + sliced.cells, volume)
+    occupied = np.ones(len(codes), np.bool_)
     free_cells = np.flatnonzero(grid.data == FREE)
-    top = max(1, int(options.heights[1] / edge))
-    if len(free_cells) * top <= MOST_FREE_VOXELS:
-        above = (np.arange(1, top)[:, np.newaxis] - lowest) * count + free_cells
-        empty = np.setdiff1d(above.ravel(), codes, assume_unique=True)
-        voxels = np.concatenate((voxels, _voxels(empty, count, grid.info, lowest)))
-        occupied = np.concatenate((occupied, np.zeros(len(empty), np.bool_)))
-    voxels[:, :2] += first
+    top = int(options.heights[1] / edge)
+    if volume <= DENSE_VOLUME and len(free_cells) * top <= MOST_FREE_VOXELS:
+        known = np.zeros((volume // count, count), np.bool_)
+        known[max(1 - lowest, 0) : top - lowest, free_cells] = True
+        known.ravel()[codes] = True
+        is_occupied = np.zeros(volume, np.bool_)
+        is_occupied[codes] = True
+        codes = np.flatnonzero(known)
+        occupied = is_occupied[codes]
+    voxels = _voxels(codes, count, grid.info, lowest)
+    voxels[:, :2] += np.rint(np.array(grid.info.origin[:2]) / edge).astype(np.int64)
     tree = octree_of_voxels(edge, voxels, occupied)
-    report.translated(
-        "octomap", f"{int(occupied.sum())} occupied and {int((~occupied).sum())} free voxels of {edge:g} m"
-    )
+    filled = int(occupied.sum())
+    report.translated("octomap", f"{filled} occupied and {len(occupied) - filled} free voxels of {edge:g} m")
     return tree
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.imports.maps.clouds.distinct import distinct
 from ppaas.imports.maps.clouds.point_cloud import Coordinates
 from ppaas.maps.grid import GridInfo
 
@@ -93,9 +94,10 @@ def _flat_level(points: Coordinates, info: GridInfo) -> tuple[float, float]:
     bins = max(1, min(int((high - low) / BAND) + 1, 4000))
     band = np.clip((points[:, 2] - np.float32(low)) / np.float32(BAND), -1, bins).astype(np.int32)
     inside = (band >= 0) & (band < bins)
-    pairs = np.unique(band[inside].astype(np.int64) * (int(cells.max()) + 1) + cells[inside])
-    area = np.bincount(pairs // (int(cells.max()) + 1), minlength=bins).astype(np.float64)
-    known = len(np.unique(cells))
+    count = int(cells.max()) + 1
+    pairs = distinct(band[inside].astype(np.int64) * count + cells[inside], bins * count)
+    area = np.bincount(pairs // count, minlength=bins).astype(np.float64)
+    known = len(distinct(cells, count))
     wide = np.convolve(area, np.ones(3), "same")  # a floor is as thick as its noise
     best = int(np.flatnonzero(wide >= LEAST_OF_MOST * wide.max())[0])
     while best + 1 < bins and wide[best + 1] > wide[best]:

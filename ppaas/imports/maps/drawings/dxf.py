@@ -67,7 +67,7 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     except ImportError as error:
         raise InvalidInput(f"plans as DXF need ezdxf: {install_hint('drawings')}") from error
     try:
-        document = _binary(content) if content.startswith(BINARY) else recover.read(io.BytesIO(content))[0]
+        document = _read(content) or recover.read(io.BytesIO(content))[0]
     except (DXFError, OSError, ValueError, IndexError, struct.error) as error:
         raise InvalidMap(f"the DXF cannot be read: {error}") from error
     unit = _unit(document, options, report)
@@ -90,11 +90,19 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     return DrawnPlan(np.asarray(picture), options.resolution, (info.origin.x, info.origin.y))
 
 
-def _binary(content: bytes) -> Any:
+def _read(content: bytes) -> Any:
+    """Return a document; None if it has to be recovered, which takes twice as long."""
     from ezdxf.document import Drawing  # noqa: PLC0415 - needed for these files alone
+    from ezdxf.filemanagement import read  # noqa: PLC0415
+    from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
     from ezdxf.lldxf.tagger import binary_tags_loader  # noqa: PLC0415
 
-    return Drawing.load(binary_tags_loader(content))
+    if content.startswith(BINARY):
+        return Drawing.load(binary_tags_loader(content))
+    try:
+        return read(io.StringIO(content.decode().replace("\r\n", "\n")))
+    except (DXFError, ValueError, LookupError, AttributeError, TypeError):
+        return None
 
 
 def _unit(document: Any, options: PlanOptions, report: ImportReport) -> float:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
+from rasterio.warp import transform
 
 from ppaas.imports.maps.clouds.pcd import read_pcd
 from ppaas.imports.maps.clouds.ply import read_ply
@@ -28,7 +29,7 @@ async def test_a_published_map_is_exported_as_cloud_and_raster(ppaas: CommandLin
     assert cloud[:, 2].max() == pytest.approx(2.5, abs=0.1), "the octomap has its ceiling"
     assert len(read_ply((tmp_path / "out.ply").read_bytes(), ImportReport("a")).points) == len(cloud)
     with rasterio.open(tmp_path / "out.tif") as file:
-        longitude, latitude = rasterio.warp.transform(file.crs, "EPSG:4326", [0.0], [0.0])
+        longitude, latitude = transform(file.crs, "EPSG:4326", [0.0], [0.0])
         assert (latitude[0], longitude[0]) == pytest.approx((48.1, 11.5))
 
 
