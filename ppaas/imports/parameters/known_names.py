@@ -5,6 +5,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule
 from ppaas.imports.report import ImportOutcome, ImportReport
@@ -59,11 +61,17 @@ def as_ros_reads(given: GivenValue) -> GivenValue:
 def apply_once(rule: ParameterRule, part: str, given: GivenValue, into: "Translation") -> None:
     """Apply a rule to a parameter; others that the same place of the robot file had its value from lose, and say so."""
     draft, report = into
+    earlier = len(report.entries) - 1
     apply_rule(rule, part, as_ros_reads(given), draft, report)
-    entry = report.entries.pop()
-    if entry.to:
-        report.withdraw(entry.to, ImportOutcome.NO_EFFECT, f"{part} sets {entry.to}, too, and wins")
-    report.entries.append(entry)
+    place = report.entries[-1].to
+    if not place:
+        return
+    for index in range(earlier, -1, -1):  # one entry at most has a place, and often one of the last
+        if report.entries[index].to == place:
+            loser = report.entries[index]
+            text = f"{part} sets {place}, too, and wins"
+            report.entries[index] = replace(loser, outcome=ImportOutcome.NO_EFFECT, text=text, to="")
+            return
 
 
 def is_left_open(part: str, given: GivenValue, report: ImportReport) -> bool:

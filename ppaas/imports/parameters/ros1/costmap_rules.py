@@ -106,3 +106,6 @@ COMMON_RULES: ParameterRules = {
 
 BOTH = ("inflation_radius", "cost_scaling_factor")
 """Common parameters that each costmap has."""
+
+RANGES = ("obstacle_range", "raytrace_range")
+"""Parameters of a source of observations that count for a laser."""

@@ -14,7 +14,7 @@ from ppaas.imports.parameters.known_names import (
     refuse_unknown,
     report_repeated,
 )
-from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
+from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES, RANGES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
 from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, rules_of_recovery
 from ppaas.imports.parameters.ros1.sections import (
@@ -48,6 +48,7 @@ DEFAULT = "TrajectoryPlannerROS"
 
 GLOBAL_PLANNER_FIELD = "base_global_planner"
 
+_NONE = ParameterRule()
 _COSTMAPS = {"local_costmap": LOCAL_RULES, "global_costmap": GLOBAL_RULES}
 _SECTIONS = (*MOVE_BASE_NAMES, *_COSTMAPS, *LOCAL_PLANNERS, "NavfnROS", "GlobalPlanner", AMCL)
 
@@ -137,6 +138,7 @@ class _Robot:
     def _move_base(self, section: Section, into: "Translation") -> None:
         """Translate parameters of move_base, and those common to its costmaps, which stand beside them."""
         draft, report = into
+        own = {}
         for name, given in section.values.items():
             part = section.prefix + name
             if name == LOCAL_PLANNER:
@@ -147,7 +149,8 @@ class _Robot:
             elif name in COMMON_RULES and name not in MOVE_BASE:
                 _costmap_value(COMMON_RULES, part, given, into)
             else:
-                apply_known({**COMMON_RULES, **MOVE_BASE}, {name: given}, section.node, into)
+                own[name] = given
+        apply_known({**COMMON_RULES, **MOVE_BASE}, own, section.node, into)
 
     def _name_planner(self, part: str, given: GivenValue, into: "Translation") -> None:
         draft, report = into
@@ -222,12 +225,14 @@ def _behaviors(sections: list[Section]) -> dict[str, str]:
 
 def _plain(rules: ParameterRules, section: Section, into: "Translation") -> None:
     """Apply rules to a section, in which a name may have further ones below it."""
+    own = {}
     for name, given in section.values.items():
         above = name.partition(".")[0]
         if name not in rules and above in rules and not rules[above].to:
             into[1].without_effect(section.prefix + name, rules[above].text, given.line)
         else:
-            apply_known(rules, {name: given}, section.node, into)
+            own[name] = given
+    apply_known(rules, own, section.node, into)
 
 
 def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> None:
@@ -246,9 +251,25 @@ def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> N
 
 
 def _costmap(rules: ParameterRules, section: Section, into: "Translation") -> None:
-    """Apply the rules of a costmap to its section, or to that of a layer."""
+    """Apply the rules of a costmap to its section, or to one of a layer."""
     for name, given in section.values.items():
-        _costmap_value(rules, section.prefix + name, given, into)
+        reason = _idle(name, section.values)
+        if reason and rules.get(layer_rule_name(name, rules), _NONE).to:
+            into[1].without_effect(section.prefix + name, reason, given.line)
+        else:
+            _costmap_value(rules, section.prefix + name, given, into)
+
+
+def _idle(name: str, values: Mapping[str, GivenValue]) -> str:
+    """Return why a layer or a source of observations has no effect; empty if it has, or there is none."""
+    above, _, last = name.rpartition(".")
+    of_layer = f"{name.partition('.')[0]}.enabled" if above else "enabled"
+    enabled, kind = values.get(of_layer), values.get(f"{above}.data_type" if above else "data_type")
+    if enabled is not None and enabled.value is False:
+        return "its layer is off; obstacles are inflated as the robot file says"
+    if last in RANGES and kind is not None and kind.value != "LaserScan":
+        return f"the range is that of the laser, and not of a {kind.value}"
+    return ""
 
 
 def _costmap_value(rules: ParameterRules, part: str, given: GivenValue, into: "Translation") -> None:

@@ -71,6 +71,18 @@ def test_each_costmap_has_its_own_parameters() -> None:
     assert found["static_layer"] == {"track_unknown_space": False}
 
 
+def test_ranges_are_those_of_the_laser_and_layers_that_are_off_set_nothing() -> None:
+    into = one(
+        "local_costmap:\n"
+        "  obstacles:\n    scan: {data_type: LaserScan, obstacle_range: 2.8}\n"
+        "    camera: {data_type: PointCloud2, obstacle_range: 90}\n"
+        "  inflation: {enabled: false, inflation_radius: 0.5}\n"
+    )
+    assert parameters([into]) == {"local_costmap": {"obstacle_range": 2.8}}
+    assert entry_of(into, "local_costmap.obstacles.camera.obstacle_range").outcome.value == "no effect"
+    assert "its layer is off" in entry_of(into, "local_costmap.inflation.inflation_radius").text
+
+
 def test_the_local_planner_of_move_base_drives_whatever_file_names_it() -> None:
     planner, named = files(
         planner=DWA, base="base_local_planner: dwa_local_planner/DWAPlannerROS\nplanner_frequency: 2"
