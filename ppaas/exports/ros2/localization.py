@@ -80,11 +80,12 @@ NOT_IN_SLAM_TOOLBOX = (
 
 SLAM_RULES: ParameterRules = {
     **same(
-        SLAM, "minimum_travel_distance", "minimum_travel_heading", "minimum_laser_range", "max_laser_range",
+        SLAM, "minimum_travel_distance", "minimum_travel_heading", "max_laser_range",
         "resolution", "throttle_scans", "minimum_time_interval", "map_update_interval", "transform_publish_period",
         "transform_timeout", "min_pass_through", "occupancy_threshold", "do_loop_closing", "paused_new_measurements",
         "map_frame", *OF_THE_MATCHER,
     ),
+    **renamed(SLAM, minimum_laser_range="min_laser_range"),
     "odom_frame": ParameterRule(f"{SLAM}.odom_frame", "", _frame("odom")),
     "base_frame": ParameterRule(f"{SLAM}.base_frame", "", _frame("base_link")),
     "mode": ParameterRule(

@@ -9,7 +9,7 @@ import pytest
 
 import ppaas.nodes
 from engine.container.executor import NodeExecutor
-from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.assembly import DEPTH_CAMERA, LASER_PROC, build_clone
 from ppaas.clone.driving import FOLLOW_PATH
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.clone.planning_container import build_planning
@@ -39,7 +39,7 @@ Build = Callable[[Graph, MapLayers, Pose2D], None]
 
 
 def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
-    optional = (DEPTH_CAMERA, TORSO_DETECTOR, LEG_DETECTOR, FOLLOW_PERSON)  # most robots have none of them
+    optional = (DEPTH_CAMERA, LASER_PROC, TORSO_DETECTOR, LEG_DETECTOR, FOLLOW_PERSON)  # most robots have none of them
     parameters: dict[str, dict[str, object]] = {name: {} for name in optional}
     build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
 
