@@ -12,7 +12,7 @@ are in the frame of RMF, and in commands in the frame of our map.
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import IntEnum
 from typing import Any
 
 from ppaas.geometry import Pose2D, wrap_angle
@@ -68,14 +68,6 @@ class EndDrive:
 
 
 RobotCommand = DriveThrough | EndDrive
-
-
-class DriveThroughEnd(Enum):
-    """End of a drive."""
-
-    REACHED = "reached"
-    FAILED = "failed"
-    LOST = "lost"
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,17 +143,21 @@ class FleetRobot:
         if stage is not None and stage.drive.number == number and 0 < remaining <= len(stage.firsts):
             self._next = max(self._next, stage.firsts[-remaining])
 
-    def drive_ended(self, number: int, outcome: DriveThroughEnd, now: float, text: str = "") -> None:
+    def drive_ended(self, number: int, now: float, *, reached: bool, text: str = "") -> None:
         """Note the end of a drive; the ends of drives that were replaced are ignored."""
         stage = self._stage
         if stage is None or stage.drive.number != number:
             return
         self._stage = None
-        if outcome is DriveThroughEnd.FAILED:
-            self.error = text or "the waypoint was not reached"
-        elif outcome is DriveThroughEnd.REACHED:
+        if reached:
             self._next = stage.end
             self.advance(now)
+        else:
+            self.error = text or "the waypoint was not reached"
+
+    def drive_lost(self) -> None:
+        """Note that nobody knows of the drive any more; the next call of `advance` begins it again."""
+        self._stage = None
 
     def advance(self, now: float) -> None:
         """Begin what is due: the next drive, also one that was lost, or the end of a wait."""

@@ -12,11 +12,12 @@ from ppaas.clock import monotonic
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import decode, encode
+from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.base.std_msgs import Bool
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovarianceStamped
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
-from ppaas.wire.rmf.fleet_robot import DriveThrough, DriveThroughEnd, FleetRobot, RobotCommand
+from ppaas.wire.rmf.fleet_robot import DriveThrough, FleetRobot, RobotCommand
 from robots.bridges.core.battery import CHARGING, charge_of
 from robots.bridges.core.cloud_link import LOST, CloudGoal, CloudLink
 
@@ -62,6 +63,7 @@ class RobotInCloud:
         self._posed = -math.inf
         self._here = True
         self._speed = 0.0
+        self._stray = False
         self._commands: asyncio.Queue[RobotCommand] = asyncio.Queue()
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -86,6 +88,7 @@ class RobotInCloud:
                     logger.info("robot %s is awaited: %s", self._robot.name, error)
                 finally:
                     await self._end_tasks()
+                    self._forget_drive()
         finally:
             await self._end_tasks()
 
@@ -122,6 +125,8 @@ class RobotInCloud:
     # -- to the robot --------------------------------------------------------------------------------------------------
 
     async def _execute(self, link: CloudLink) -> None:
+        if self._stray:
+            await self._cancel_stray(link)
         while True:
             command = await self._commands.get()
             if isinstance(command, DriveThrough):
@@ -143,18 +148,36 @@ class RobotInCloud:
             "navigate_through_poses", THROUGH, msgspec.json.encode({"poses": poses}), progressed
         )
         self._goal = goal
-        self._start(self._await_end(drive.number, goal))
+        self._start(self._await_end(link, drive.number, goal))
 
-    async def _await_end(self, number: int, goal: CloudGoal) -> None:
+    async def _await_end(self, link: CloudLink, number: int, goal: CloudGoal) -> None:
         end = await goal.end
-        if end.status == REACHED:
-            self._robot.drive_ended(number, DriveThroughEnd.REACHED, self._now())
-        elif end.reason == LOST:
-            self._robot.drive_ended(number, DriveThroughEnd.LOST, self._now())
+        if end.reason == LOST:
+            await self._cancel_stray(link)  # also of a drive that ends: its cancellation was lost as well
+        if goal is not self._goal:
+            return
+        self._goal = None
+        if end.reason == LOST:
+            self._robot.drive_lost()
+        elif end.status == REACHED:
+            self._robot.drive_ended(number, self._now(), reached=True)
         else:
             text = end.reason or _message(end.result)
             logger.warning("robot %s does not reach its waypoint: %s", self._robot.name, text)
-            self._robot.drive_ended(number, DriveThroughEnd.FAILED, self._now(), text)
+            self._robot.drive_ended(number, self._now(), reached=False, text=text)
+
+    def _forget_drive(self) -> None:
+        """Forget the drive and the commands of a link that has ended; the clone may still drive."""
+        while not self._commands.empty():
+            self._commands.get_nowait()
+        self._stray |= self._goal is not None
+        self._goal = None
+        self._robot.drive_lost()
+
+    async def _cancel_stray(self, link: CloudLink) -> None:
+        """Cancel the goal of a session that has ended, whose name nobody knows: an empty name means all goals."""
+        self._stray = False
+        await link.publish("move_base/cancel", encode(GoalID()))
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

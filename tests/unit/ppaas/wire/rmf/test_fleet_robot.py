@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.wire.rmf.fleet_robot import DriveThrough, DriveThroughEnd, EndDrive, FleetRobot, RmfMode, RobotCommand
+from ppaas.wire.rmf.fleet_robot import DriveThrough, EndDrive, FleetRobot, RmfMode, RobotCommand
 from ppaas.wire.rmf.level_frame import LevelFrame
 from ppaas.wire.rmf.requests import MOST_WAYPOINTS, FollowPath, SetMode, destination_request, mode_request, path_request
 
@@ -58,7 +58,7 @@ def test_a_path_is_one_drive_whose_progress_the_states_report() -> None:
     assert remaining(one) == [(3.0, 4.0)]
     one.drive_passed(drive.number, 2)
     assert remaining(one) == [(3.0, 4.0)], "it does not go back"
-    one.drive_ended(drive.number, DriveThroughEnd.REACHED, 1.0)
+    one.drive_ended(drive.number, 1.0, reached=True)
     assert (remaining(one), state(one)["mode"]["mode"], one.take_commands()) == ([], RmfMode.IDLE, [])
 
 
@@ -84,7 +84,7 @@ def test_a_robot_waits_where_the_path_repeats_a_place() -> None:
     first = drive_of(one.take_commands())
     assert first.poses == (Pose2D(2.0, 0.0),)
     one.pose = Pose2D(2.0, 0.0)
-    one.drive_ended(first.number, DriveThroughEnd.REACHED, 10.0)
+    one.drive_ended(first.number, 10.0, reached=True)
     assert (one.take_commands(), state(one)["mode"]["mode"]) == ([], RmfMode.WAITING)
     assert remaining(one) == [(2.0, 0.0), (4.0, 0.0)]
     one.advance(29.9)
@@ -132,17 +132,17 @@ def test_a_repeated_request_changes_nothing_and_another_one_replaces_the_path() 
     one.take(follow(location(0.0, 5.0), task="2"), 2.0)
     stop, second = one.take_commands()
     assert (stop, state(one)["task_id"]) == (EndDrive(), "2")
-    one.drive_ended(first.number, DriveThroughEnd.FAILED, 3.0, "cancelled")
+    one.drive_ended(first.number, 3.0, reached=False, text="cancelled")
     assert state(one)["mode"]["mode"] == RmfMode.MOVING, "the end of a drive that was replaced"
     assert isinstance(second, DriveThrough)
-    one.drive_ended(second.number, DriveThroughEnd.REACHED, 4.0)
+    one.drive_ended(second.number, 4.0, reached=True)
     assert remaining(one) == []
 
 
 def test_a_path_that_fails_is_reported_until_the_next_request() -> None:
     one = robot()
     one.take(follow(location(5.0, 0.0)), 0.0)
-    one.drive_ended(drive_of(one.take_commands()).number, DriveThroughEnd.FAILED, 1.0, "a keep-out zone")
+    one.drive_ended(drive_of(one.take_commands()).number, 1.0, reached=False, text="a keep-out zone")
     assert (state(one)["mode"]["mode"], one.error) == (RmfMode.ADAPTER_ERROR, "a keep-out zone")
     assert remaining(one) == [(5.0, 0.0)]
     one.advance(2.0)
@@ -155,7 +155,8 @@ def test_a_path_that_fails_is_reported_until_the_next_request() -> None:
 def test_a_drive_that_was_lost_begins_again() -> None:
     one = robot()
     one.take(follow(location(5.0, 0.0)), 0.0)
-    one.drive_ended(drive_of(one.take_commands()).number, DriveThroughEnd.LOST, 1.0)
+    assert drive_of(one.take_commands()).number
+    one.drive_lost()
     one.pose = None
     one.advance(2.0)
     assert (one.take_commands(), one.state(STAMP)) == ([], None), "a robot without a pose has no state"

@@ -109,6 +109,33 @@ async def test_a_new_path_cancels_the_drive_before() -> None:
         await both.goals(2)
 
 
+async def test_a_drive_of_a_session_that_was_lost_is_cancelled_and_begins_again() -> None:
+    async with exchanging() as both:
+        both.request_path((13.0, 2.0))
+        await both.goals(1)
+        await both.cloud.connections[-1].close(1011)
+        await both.cloud.connected(2)
+        await until(lambda: [frame["topic"] for frame in both.cloud.of("publish")] == ["move_base/cancel"])
+        await both.pose(1.5, 2.0)
+        [_, again] = await both.goals(2)
+        assert again["args"]["poses"][0]["pose"]["position"]["x"] == 3.0
+        await until(lambda: (both.state().get("task_id"), len(both.state().get("path", []))) == ("1", 1))
+
+
+async def test_a_paused_robot_does_not_drive_on_after_its_session_was_lost() -> None:
+    async with exchanging() as both:
+        both.request_path((13.0, 2.0))
+        await both.goals(1)
+        await both.cloud.connections[-1].close(1011)
+        mode = {"fleet_name": "carts", "robot_name": "cart 1", "mode": {"mode": 3}, "task_id": "2"}
+        both.rmf.say("/robot_mode_requests", mode)
+        await both.cloud.connected(2)
+        await until(lambda: [frame["topic"] for frame in both.cloud.of("publish")] == ["move_base/cancel"])
+        await both.pose(1.5, 2.0)
+        await until(lambda: both.state().get("mode", {}).get("mode") == 3)
+        assert len(both.cloud.of("send_action_goal")) == 1
+
+
 @pytest.mark.parametrize("more", [{"fleet_name": "others"}, {"robot_name": "cart 2"}])
 async def test_requests_to_others_are_not_taken(more: dict[str, str]) -> None:
     async with exchanging() as both:
