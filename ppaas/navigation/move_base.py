@@ -352,9 +352,11 @@ class MoveBase:
             self._orders.append(PublishStatus())
 
     def _on_goal_moved(self, event: GoalMoved) -> None:
-        """Drive to where the goal is now, by the next plan."""
+        """Drive to where the goal is now, by the next plan; a path of a client stays as it is."""
         active = self.goals.active
         assert active is not None
+        if active.goal.path:
+            return
         active.goal = replace(active.goal, pose=event.pose, through=event.through)
         if self.state is GoalPhase.CONTROLLING and self.parameters.planner_frequency == 0.0:
             self._plan_again(event.now)

@@ -65,7 +65,7 @@ WAYS = {
 
 @contextmanager
 def discovery_server() -> Iterator[dict[str, str]]:
-    """Run a discovery server of Fast DDS; yield the variables by which nodes find each other by it alone."""
+    """Run a discovery server of Fast DDS; yield the variable by which nodes find each other by it alone."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         root, port = ROS.parent.parent, free.getsockname()[1]
@@ -74,7 +74,7 @@ def discovery_server() -> Iterator[dict[str, str]]:
     command = (root / "bin" / "fast-discovery-server", "42", "-i", "0", "-l", "127.0.0.1", "-p", str(port))
     process = subprocess.Popen(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
     try:
-        yield {"ROS_DISCOVERY_SERVER": f"127.0.0.1:{port}", "ROS_SUPER_CLIENT": "TRUE"}
+        yield {"ROS_DISCOVERY_SERVER": f"127.0.0.1:{port}"}
     finally:
         process.kill()
         process.wait()

@@ -352,9 +352,9 @@ class MoveBaseNode(Node):
         self._feed(events.Preempted(self.context.elapsed(), reason))
 
     def _on_update(self, update: GoalUpdate) -> None:
-        """Move the active goal, if the update is for it."""
+        """Move the active goal, if the update is for it; a path of a client is not moved."""
         active = self._machine.goals.active
-        if active is None or not is_update_of(update, active.goal):
+        if active is None or active.goal.path or not is_update_of(update, active.goal):
             return
         pose = pose_in(self._surroundings.frames.tree, MAP, update.target_pose, "an update of a goal")
         self._planner.head_for(pose)

@@ -24,6 +24,9 @@ DEFAULT_RELEASE = "jazzy"
 POLL = 0.5
 """Time between two looks at the graph [s]."""
 
+SUPER_CLIENT = "ROS_SUPER_CLIENT", "TRUE"
+"""Variable by which a discovery server of Fast DDS, if there is one, sends the whole graph and not only what matches."""
+
 SPIN = 0.2
 """Longest time that the thread spins before it checks whether the transport is closed [s]."""
 
@@ -77,6 +80,7 @@ class RclpyTransport(Transport):
     async def open(self, changed: Callable[[], None]) -> None:
         """Start the node."""
         self._loop, self._changed = asyncio.get_running_loop(), changed
+        os.environ.setdefault(*SUPER_CLIENT)
         try:
             self._context = self._rclpy.Context()
             self._rclpy.init(context=self._context, domain_id=self._options.domain)

@@ -88,6 +88,16 @@ def test_a_path_replaces_a_goal_and_a_goal_replaces_a_path() -> None:
     assert len(loop.driving.results) == 1, "its result is that of its action alone"
 
 
+def test_a_path_is_not_moved_by_updates_of_goals() -> None:
+    loop = Loop()
+    loop.send(FOLLOW_PATH.goal.name, follow_path())
+    loop.run(1.0)
+    loop.send("goal_update", stamped(Pose2D(1.0, 3.0)))
+    loop.run(20.0)
+    assert loop.results == [("controller_server/follow_path", Status.SUCCEEDED)]
+    assert loop.driving.world.pose.distance_to(END) < 0.25
+
+
 def test_a_route_is_watched_on() -> None:
     loop = Loop()
     goal = ComputeAndTrackRouteGoal(1, stamped(START), 3, stamped(END))
