@@ -69,7 +69,7 @@ class _Importer:
     def add_nodes(self, nodes: dict[NamedNode, Values], namespace: str) -> None:
         """Add all nodes: wildcards first, since a node's own parameters win; then in the order of the tables."""
         chosen = chosen_namespace(nodes, namespace)
-        of_robot = [node for node in nodes if node.namespace in ("", chosen)]
+        of_robot = [node for node in nodes if node.namespace in ("", chosen) or node.name not in BY_NAME]
         for node in nodes:
             if node not in of_robot:
                 self._of_other_robot(node, chosen)

@@ -20,6 +20,9 @@ LIMITS: dict[str, tuple[_Limit, ...]] = {
 SLOWEST, SLOWEST_TURN = 0.05, 0.2
 """Defaults of ``min_vel_trans`` [m/s] and ``min_vel_theta`` [rad/s] of local planners."""
 
+FINEST_OF_MPPI = 0.05
+"""Smallest ``xy_goal_tolerance`` within which ``mppi`` comes to rest [m]."""
+
 TURN_TO_PATH = 1.8
 """Default of ``rotate_to_heading_angular_vel`` [rad/s]."""
 
@@ -70,6 +73,8 @@ def fit_limits(writer: DraftWriter) -> None:
         _fit(writer, "min_vel_trans", top, "not above max_vel_x")
     if turn is not None and 0.0 < turn < _number(given, "min_vel_theta", SLOWEST_TURN):
         _fit(writer, "min_vel_theta", turn, "not above max_vel_theta")
+    if writer.controller == "mppi" and 0.0 <= _number(given, "xy_goal_tolerance", 1.0) < FINEST_OF_MPPI:
+        _fit(writer, "xy_goal_tolerance", FINEST_OF_MPPI, "mppi does not come to rest nearer to a goal")
     if writer.controller == "pure_pursuit":
         turns = _number(given, "rotate_to_heading_angular_vel", TURN_TO_PATH)
         if 0.0 < turns < _number(given, "min_vel_theta", SLOWEST_TURN):

@@ -124,7 +124,9 @@ CONTROLLER_SERVER = NodeTable(
             "a robot without commands is stopped": "publish_zero_velocity",
             "the local costmap is current in each cycle": "costmap_update_timeout",
             WHOLE_PATH: f"{_PATH_HANDLER} search_window",
-            "the goal of a robot has the tolerances of its file": "goal_checker_plugin_id",
+            "each section names its plug-in": (
+                "controller_plugin_types goal_checker_plugin_types progress_checker_plugin_types goal_checker_plugin_id"
+            ),
         },
         {"controller_frequency": number},
     ),
@@ -162,6 +164,7 @@ PLANNER_SERVER = NodeTable(
         "expected_planner_frequency",
     )
     | without_effect("plans are made on the current costmap", "costmap_update_timeout")
+    | without_effect("each section names its plug-in", "planner_plugin_types")
     | without_effect("a path leads to the goal, or there is none", "allow_partial_planning partial_plan_tolerance"),
     (PluginGroup(("planner_plugins", "planner_plugin_ids"), PLANNERS, {"GridBased": PLANNERS[0].plugin}),),
 )

@@ -122,6 +122,7 @@ class DraftWriter:
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(names)}"
         drives = "controller_plugins" in section.group.lists or "planner_plugins" in section.group.lists
         if near or drives:
-            self.report.refused(part, f"unknown plug-in {what}: {hint}", given.line)
+            default = "; the robot has the default one" if drives else ""
+            self.report.refused(part, f"unknown plug-in {what}: {hint}{default}", given.line)
         else:
             self.report.without_effect(part, f"unknown plug-in {what}: it is no part of Nav2", given.line)

@@ -209,6 +209,19 @@ robot2:
     assert (lost.outcome, "wins" in lost.text) == (ImportOutcome.NO_EFFECT, True)
 
 
+def test_nodes_within_costmaps_are_of_no_other_robot() -> None:
+    _, report = imported(
+        """
+local_costmap:
+  local_costmap:
+    ros__parameters: {width: 3}
+  local_costmap_client:
+    ros__parameters: {use_sim_time: true}
+"""
+    )
+    assert "within another one" in entry(report, "local_costmap/local_costmap_client").text
+
+
 def test_values_that_a_launch_file_replaces_have_no_effect() -> None:
     draft, report = imported(
         """

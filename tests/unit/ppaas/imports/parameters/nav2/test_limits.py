@@ -69,6 +69,19 @@ def test_the_clone_accepts_limits_that_its_defaults_would_not_suit(plugin: str, 
     assert not list(report.of(ImportOutcome.REFUSED))
 
 
+def test_a_tolerance_that_mppi_does_not_reach_is_raised() -> None:
+    goals = "goal_checker: {plugin: 'nav2_controller::SimpleGoalChecker', xy_goal_tolerance: 0.02}"
+    text = f"""
+controller_server:
+  ros__parameters:
+    {goals}
+    FollowPath: {{plugin: "nav2_mppi_controller::MPPIController"}}
+"""
+    draft, report = import_nav2(text.encode(), "nav2.yaml")
+    assert draft["parameters"]["mppi"] == {"xy_goal_tolerance": 0.05}
+    assert "mppi does not come to rest nearer" in "".join(entry.text for entry in report.entries)
+
+
 def test_beams_do_not_clear_farther_than_they_mark() -> None:
     text = """
 local_costmap:
