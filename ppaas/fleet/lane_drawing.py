@@ -19,6 +19,16 @@ STRAIGHT = JOINS / 2.0
 """Distance from a straight part within which corners of a lane are left out [m]."""
 
 
+class LaneConflict(InvalidInput):
+    """Lanes are too near to each other or too short for robots; ``lanes`` names those that are in conflict."""
+
+    lanes: tuple[str, ...] = ()
+
+    def __init__(self, text: str, lanes: Sequence[str]) -> None:
+        super().__init__(text)
+        self.lanes = tuple(lanes)
+
+
 class DrawnLane(NamedTuple):
     """Lane as it was drawn.
 
@@ -82,7 +92,7 @@ def network_of(lines: Sequence[DrawnLane], *, every_corner: bool = False) -> Net
 
     Raises
     ------
-    InvalidInput
+    LaneConflict
         A lane is so short that it is one place.
     """
     corners = [line.points if every_corner else _simple(line.points) for line in lines]
@@ -105,7 +115,8 @@ def network_of(lines: Sequence[DrawnLane], *, every_corner: bool = False) -> Net
                 names.setdefault((other, one), line.name)
     for line in lines:
         if line.name not in drawn:
-            raise InvalidInput(f"lane {line.name!r} is shorter than {JOINS:g} m: draw it longer, or remove it")
+            text = f"lane {line.name!r} is shorter than {JOINS:g} m: draw it longer, or remove it"
+            raise LaneConflict(text, [line.name])
     return Network(places.found.copy(), names)
 
 

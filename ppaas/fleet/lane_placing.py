@@ -9,20 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lane_drawing import Network
+from ppaas.fleet.lane_drawing import LaneConflict, Network
 from ppaas.fleet.robot_sizes import TINY
 from ppaas.polygons import Points
-
-
-class LaneConflict(InvalidInput):
-    """Lanes are too near to each other or too short for robots; ``lanes`` names those that are in conflict."""
-
-    lanes: tuple[str, ...] = ()
-
-    def __init__(self, text: str, lanes: Sequence[str]) -> None:
-        super().__init__(text)
-        self.lanes = tuple(lanes)
-
 
 # -- chains: the parts of a network between its ends and junctions -----------------------------------------------------
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lane_drawing import DrawnLane, lines_in, network_of
-from ppaas.fleet.lane_placing import LaneConflict, Placed, placed_on
+from ppaas.fleet.lane_drawing import DrawnLane, LaneConflict, lines_in, network_of
+from ppaas.fleet.lane_placing import Placed, placed_on
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import Cells, MetricRoadmap
 from ppaas.fleet.roadmap import BLOCKED, Roadmap

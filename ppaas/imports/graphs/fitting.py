@@ -3,8 +3,8 @@
 import msgspec
 import numpy as np
 
-from ppaas.fleet.lane_drawing import DrawnLane, network_of
-from ppaas.fleet.lane_placing import LaneConflict, placed_on
+from ppaas.fleet.lane_drawing import JOINS, DrawnLane, LaneConflict, network_of
+from ppaas.fleet.lane_placing import placed_on
 from ppaas.fleet.lane_roadmap import check_apart
 from ppaas.fleet.robot_sizes import RobotSizes
 from ppaas.imports.graphs.model.gathered import GatheredNotes
@@ -40,6 +40,23 @@ def fitted(graph: RouteGraph, radius: float, report: ImportReport) -> RouteGraph
         notes.without_effect("--radius", "the graph is too large to be fitted; ppaas fleet lanes checks lanes")
     notes.write(report)
     return found
+
+
+USUAL_RADIUS = 0.2
+"""Radius of robots for which room on the lanes is checked if nobody says how large they are [m]."""
+
+
+def report_room(graph: RouteGraph, report: ImportReport) -> None:
+    """Report where robots of a usual size have no room, since such lanes stop the robots of the traffic."""
+    if sum(len(points_of(graph, edge)) for edge in graph.edges) > 2 * MOST_ON_LANES:
+        return
+    conflict = _conflict(graph, RobotSizes(USUAL_RADIUS, TrafficParameters().margin).spacing)
+    if conflict is not None:
+        report.taken(
+            "lanes",
+            f"robots with a radius of {USUAL_RADIUS:g} m have no room: {_reason(str(conflict), graph, graph.edges)}; "
+            "--radius M joins nodes and leaves edges out for the robots that you have",
+        )
 
 
 def _joined(graph: RouteGraph, width: float, notes: GatheredNotes) -> RouteGraph:
@@ -102,9 +119,13 @@ def _without_conflicts(graph: RouteGraph, width: float, notes: GatheredNotes) ->
 
 def _conflict(graph: RouteGraph, width: float) -> LaneConflict | None:
     """Return the first conflict of edges, which it names by their numbers; None if robots have room."""
-    if not graph.edges:
+    lines = [
+        DrawnLane(str(at), np.array(points_of(graph, edge)), one_way=True)
+        for at, edge in enumerate(graph.edges)
+        if _length(graph, edge) > JOINS
+    ]
+    if not lines:
         return None
-    lines = [DrawnLane(str(at), np.array(points_of(graph, edge)), one_way=True) for at, edge in enumerate(graph.edges)]
     try:
         check_apart(placed_on(network_of(lines), width), width)
     except LaneConflict as error:

@@ -5,7 +5,7 @@ import re
 
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.connectivity import report_connections
-from ppaas.imports.graphs.fitting import fitted
+from ppaas.imports.graphs.fitting import fitted, report_room
 from ppaas.imports.graphs.formats.dxf_lines import read_dxf
 from ppaas.imports.graphs.formats.json_text import lenient_json
 from ppaas.imports.graphs.formats.lanelet import read_lanelets
@@ -55,7 +55,9 @@ def import_graph(
     graph = without_far_places(moved(graph, options.shift), report)
     if info is not None:
         graph = on_map(graph, info, report)
-    if options.radius is not None:
+    if options.radius is None:
+        report_room(graph, report)
+    else:
         graph = fitted(graph, options.radius, report)
     report_connections(graph, report)
     return zones_of_graph(graph, report), report

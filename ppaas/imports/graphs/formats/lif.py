@@ -14,6 +14,7 @@ import numpy as np
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.formats.json_text import lenient_json
 from ppaas.imports.graphs.formats.lif_fields import check_fields, field, number, objects, text
+from ppaas.imports.graphs.formats.lif_names import as_before
 from ppaas.imports.graphs.model.cleaning import GraphBuilder
 from ppaas.imports.graphs.model.gathered import GatheredNotes
 from ppaas.imports.graphs.model.route_graph import (
@@ -50,6 +51,7 @@ _WITHOUT_EFFECT: Mapping[str, str] = {
     "allowedDeviationXY": "robots stay on the lane, within the margin of the traffic",
     "corridor": "robots stay on the lane, within the margin of the traffic",
     "physicalLineGuided": "robots are guided by their map",
+    "physicalLineGuidedProperty": "robots are guided by their map",
 }
 
 END_NEAR = 0.1
@@ -58,7 +60,8 @@ END_NEAR = 0.1
 
 def is_layout(tree: Mapping[str, Any]) -> bool:
     """Return whether decoded JSON is a file of LIF."""
-    return isinstance(tree.get("layouts"), list) or {"nodes", "edges", "layoutId"} <= tree.keys()
+    is_whole = isinstance(tree.get("layouts"), list) or isinstance(tree.get("origins"), list)
+    return is_whole or {"nodes", "edges", "layoutId"} <= tree.keys()
 
 
 def read_lif(content: bytes, report: ImportReport, options: GraphOptions) -> ReadGraph:
@@ -75,7 +78,7 @@ def read_lif(content: bytes, report: ImportReport, options: GraphOptions) -> Rea
 def lif_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOptions) -> ReadGraph:
     """Return the graph of decoded JSON; see `read_lif`."""
     notes = GatheredNotes()
-    tree = tree if "layouts" in tree else {"layouts": [tree]}
+    tree = as_before(tree if {"layouts", "origins"} & tree.keys() else {"layouts": [tree]}, report)
     check_fields(tree, notes)
     version = text(field(tree, "metaInformation"), "lifVersion")
     report.taken("lifVersion", f"{version or 'none'}; read as 0.11 to 2.0")
@@ -129,7 +132,8 @@ class _Reader:
             self._read_node(f"{self._part}.nodes[{at}]", node)
         for at, edge in objects(layout, "edges"):
             part = f"{self._part}.edges[{at}]"
-            if text(edge, "endNodeId") in elsewhere:
+            end = text(edge, "endNodeId")
+            if end in elsewhere and end not in self.builder.graph.nodes:
                 self._notes.without_effect(part, "leads to another layout: robots do not change floors")
             else:
                 self._read_edge(part, edge)
@@ -159,6 +163,8 @@ class _Reader:
             yaw = number(properties, "theta")
             if yaw is not None:
                 self._yaws.setdefault(key, wrapped(yaw))
+            if field(properties, "loadRestriction") is not None:
+                self._notes.without_effect(f"{part}.loadRestriction", _WITHOUT_EFFECT["loadRestriction"])
             self._read_actions(key, part, properties)
 
     def _read_actions(self, key: str, part: str, properties: Mapping[str, Any]) -> None:
@@ -227,6 +233,9 @@ class _Reader:
     def _read_station(self, part: str, given: Mapping[str, Any]) -> set[str]:
         """Add a station for each of the nodes of one; return those."""
         name = text(given, "stationName") or text(given, "stationId") or part
+        for each in ("stationHeight", "stationPosition"):
+            if field(given, each) is not None:
+                self._notes.without_effect(f"{part}.{each}", "robots go to the nodes of a station, on the floor")
         listed = field(given, "interactionNodeIds")
         keys = [str(key) for key in listed if isinstance(key, str | int)] if isinstance(listed, list) else []
         known = [key for key in keys if key in self.builder.graph.nodes]

@@ -1,7 +1,6 @@
 """Fields of LIF, the Layout Interchange Format of the VDMA, and what a file has that they do not allow.
 
-Versions 0.11, 1.0 and, as drafts of December 2025 and January 2026, 2.0. A field is known if one of them has it; it is
-required, or has a value of another type, by version 1.0, which files say that they are.
+Versions 0.11, 1.0 and, by the names before it (`lif_names`), the drafts of 2.0. A field is known if one of them has it.
 """
 
 import math
@@ -47,7 +46,10 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "vehicleTypeNodeProperties": LifField("[node of a vehicle]", required=True),
     },
     "position": {"x": _X, "y": _X, "theta": _NUMBER},
-    "node of a vehicle": {"vehicleTypeId": _KEY, "theta": _NUMBER, "actions": LifField("[action]")},
+    "node of a vehicle": {
+        "vehicleTypeId": _KEY, "theta": _NUMBER, "actions": LifField("[action]"), "loadRestriction": LifField("load"),
+        "allowedDeviationXY": LifField("deviation"),
+    },
     "action": {
         "actionType": _KEY, "actionDescription": _TEXT, "required": _TRUTH,
         "requirementType": LifField("text", choices=("REQUIRED", "CONDITIONAL", "OPTIONAL")),
@@ -68,8 +70,9 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "maxSpeed": _NUMBER, "maxRotationSpeed": _NUMBER, "minHeight": _NUMBER, "maxHeight": _NUMBER,
         "loadRestriction": LifField("load"), "actions": LifField("[action]"), "trajectory": LifField("trajectory"),
         "reentryAllowed": _TRUTH, "allowedDeviationXY": LifField("deviation"), "corridor": LifField("corridor"),
-        "physicalLineGuided": _TRUTH,
+        "physicalLineGuided": _TRUTH, "physicalLineGuidedProperty": LifField("line"),
     },
+    "line": {"direction": _TEXT, "length": _NUMBER},
     "load": {
         "unloaded": LifField("truth", required=True), "loaded": LifField("truth", required=True),
         "loadSetNames": LifField("texts"),

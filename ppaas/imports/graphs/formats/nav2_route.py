@@ -33,6 +33,9 @@ LINES, POINT = ("LineString", "MultiLineString"), "Point"
 ENDS = ("startid", "endid")
 """Properties of edges that name their nodes."""
 
+_ALIASES = {"start_node": "startid", "end_node": "endid", "edge_id": "id", "start_id": "startid", "end_id": "endid"}
+"""Names of properties in files of the first versions, and what they are now."""
+
 NEAR = 0.1
 """Distance of the end of an edge without ids from its node [m]."""
 
@@ -221,7 +224,12 @@ def _geometry(feature: Any) -> Mapping[str, Any]:
 
 def _properties(feature: Any) -> Mapping[str, Any]:
     given = _mapping(_mapping(feature).get("properties"))
-    return {lower if (lower := key.lower()) in _KEYS else key: value for key, value in given.items()}
+    return {_name_of(key): value for key, value in given.items()}
+
+
+def _name_of(key: str) -> str:
+    lower = key.lower()
+    return _ALIASES.get(lower, lower if lower in _KEYS else key)
 
 
 def _mapping(value: Any) -> Mapping[str, Any]:

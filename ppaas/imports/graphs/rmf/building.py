@@ -37,7 +37,7 @@ def building_graph_of(tree: Mapping[str, Any], report: ImportReport, options: Gr
         It has no floors, or not the one that was asked for, or its scale is not known.
     """
     levels = levels_of(tree, report.source)
-    named = tree.get("reference_level_name")
+    named = str(tree.get("reference_level_name"))
     building = Building(tree, levels, named if named in levels else next(iter(levels)))
     name = chosen_level(levels, options.level, building.reference, report)
     level, notes = levels[name], GatheredNotes()

@@ -18,6 +18,11 @@ from ppaas.imports.graphs.model.route_graph import GraphOptions, Place
 from ppaas.imports.graphs.rmf.fields import number
 from ppaas.imports.report import ImportReport
 
+EDITOR_SCALE = 0.05
+"""Metres of a pixel with which the traffic editor begins."""
+
+UNMEASURED = "as in a new file of the editor, since it has no measurements: if that is wrong, give --scale METRES"
+
 IMAGE, MERCATOR, METRES, EARTH = "reference_image", "web_mercator", "cartesian_meters", "wgs84"
 
 SYSTEMS = (IMAGE, MERCATOR, METRES, EARTH)
@@ -130,10 +135,10 @@ def similarity_of(building: Building, level: str, report: ImportReport, options:
     """Return the scale, rotation and shift of a floor in pixels, and report where they come from."""
     own = options.scale or _measured(building.levels[level])
     if level == building.reference:
-        if own is None:
-            raise InvalidInput(f"level {level} has no measurements: give the metres of a pixel with --scale")
-        source = "--scale" if options.scale else f"{_count(building.levels[level])} measurements"
-        report.translated(f"levels.{level}.measurements", f"a pixel is {own:.6g} m, by {source}; y upwards")
+        count = _count(building.levels[level])
+        source = "by --scale" if options.scale else f"by {count} measurements" if own else UNMEASURED
+        own = own or EDITOR_SCALE
+        report.translated(f"levels.{level}.measurements", f"a pixel is {own:.6g} m, {source}; y upwards")
         return Similarity(own)
     scale = options.scale or _measured(building.levels[building.reference])
     ours, theirs = (_fiducials(building.levels[name]) for name in (level, building.reference))
@@ -150,19 +155,16 @@ def similarity_of(building: Building, level: str, report: ImportReport, options:
             f"common with {building.reference}, which are {max(errors):.3f} m apart at most",
         )
         return found
-    if own is None:
-        raise InvalidInput(
-            f"level {level} has neither two fiducials in common with {building.reference} nor measurements: give the "
-            "metres of a pixel with --scale"
-        )
+    source = "by the floor's own measurements" if own else f"as on {building.reference}" if scale else UNMEASURED
+    own = own or scale or EDITOR_SCALE
     shift = (0.0, 0.0)
     if len(common) == 1 and scale is not None:
         (x, y), (to_x, to_y) = ours[common[0]], theirs[common[0]]
         shift = scale * to_x - own * x, scale * to_y - own * y
     report.translated(
         part,
-        f"{len(common)} fiducials in common with {building.reference}, where two are needed: a pixel is {own:.6g} m by "
-        "the floor's own measurements, and the rotation is taken as 0; Open-RMF would stay in pixels",
+        f"{len(common)} fiducials in common with {building.reference}, where two are needed: a pixel is {own:.6g} m, "
+        f"{source}, and the rotation is taken as 0; Open-RMF would stay in pixels",
     )
     return Similarity(own, 0.0, shift)
 

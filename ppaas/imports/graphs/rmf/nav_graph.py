@@ -18,7 +18,7 @@ def is_nav_graph(tree: Mapping[str, Any]) -> bool:
         each["vertices"] for each in floors if isinstance(each, dict) and isinstance(each.get("vertices"), list)
     ]
     first = next((vertex for each in vertices for vertex in each), None)
-    return isinstance(first, list) and (len(first) == 2 or (len(first) > 2 and isinstance(first[2], dict)))
+    return isinstance(first, list) and (len(first) == 2 or (len(first) > 2 and isinstance(first[2], dict | str)))
 
 
 def nav_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOptions) -> ReadGraph:
@@ -35,7 +35,8 @@ def nav_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOp
     reader = RmfReader(notes, f"levels.{name}")
     for at, vertex in enumerate(_list(level, "vertices")):
         place = _place(vertex)
-        properties = vertex[2] if place is not None and len(vertex) > 2 and isinstance(vertex[2], dict) else {}
+        given = vertex[2] if place is not None and len(vertex) > 2 else None
+        properties = given if isinstance(given, dict) else {"name": given if isinstance(given, str) else ""}
         if place is None:
             notes.refused(f"levels.{name}.vertices[{at}]", "a vertex is [x, y, {…}]")
             continue

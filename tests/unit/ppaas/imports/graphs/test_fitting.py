@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from ppaas.fleet.lane_drawing import lines_in, network_of
 from ppaas.fleet.lane_placing import placed_on
 from ppaas.fleet.lane_roadmap import check_apart
-from ppaas.imports.graphs.fitting import fitted
+from ppaas.imports.graphs.fitting import fitted, report_room
 from ppaas.imports.graphs.model.route_graph import RouteGraph
 from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from tests.support.budget import examples
-from tests.support.graphs import REFUSED, SQUARE, TRANSLATED, both_ways, graph_of, texts
+from tests.support.graphs import REFUSED, SQUARE, TAKEN, TRANSLATED, both_ways, graph_of, texts
 
 WIDTH = 0.56
 """Width of a cell of robots of 0.18 m."""
@@ -71,6 +71,17 @@ def test_edges_too_near_to_others_are_left_out_with_the_reason() -> None:
     [(part, text)] = texts(report, REFUSED).items()
     assert part == "edges[2], edges[3]"
     assert text.startswith("left out: lanes 'p0 - p1' and 'p2 - p3' are 0.30 m apart near")
+
+
+def test_a_report_names_the_first_place_without_room() -> None:
+    report = ImportReport("graph")
+    places = {0: (0.0, 0.0), 1: (9.0, 0.0), 2: (1.0, 0.3), 3: (7.0, 0.3)}
+    report_room(graph_of(places, both_ways((0, 1), (2, 3))), report)
+    [text] = texts(report, TAKEN).values()
+    assert text.startswith("robots with a radius of 0.2 m have no room: lanes 'p0 - p1' and 'p2 - p3' are 0.30 m apart")
+    report = ImportReport("graph")
+    report_room(graph_of(SQUARE, both_ways((0, 1), (1, 2), (2, 3), (3, 0))), report)
+    assert report.entries == []
 
 
 @pytest.mark.parametrize("count", [5, 7])

@@ -148,6 +148,38 @@ def test_fields_of_the_drafts_of_2_0_are_known() -> None:
     assert any("corridor" in part for part in texts(report, NO_EFFECT))
 
 
+def of_two(node: str, x: float, *robots: str, **properties: object) -> dict[str, object]:
+    """Return a node of LIF 2.0."""
+    types = [{"manufacturer": "us", "seriesName": name} for name in robots or ("tug",)]
+    own = [{"mobileRobotTypes": types} | properties]
+    return {"nodeId": node, "nodePosition": {"x": x, "y": 0.0}, "mobileRobotTypeNodeProperties": own}
+
+
+def test_names_of_2_0_are_those_before_it() -> None:
+    charge = {"actions": [{"actionType": "startCharging", "blockingType": "HARD"}], "theta": 1.0}
+    edge = {
+        "edgeId": "e", "startNodeId": "a", "endNodeId": "b",
+        "mobileRobotTypeEdgeProperties": [
+            {"mobileRobotTypes": [{"manufacturer": "us", "seriesName": "tug"}], "maximumSpeed": 0.9,
+             "mobileRobotOrientations": [0.0], "physicalLineGuidedProperty": {"direction": "LEFT", "length": 2.0}},
+            {"mobileRobotTypes": [{"manufacturer": "us", "seriesName": "lift"}], "maximumSpeed": 0.4},
+        ],
+    }  # fmt: skip
+    hall = {"layoutId": "h", "layoutVersion": "1", "layoutDescriptor": "hall", "edges": [edge]}
+    hall["nodes"] = [of_two("a", 0.0, "tug", "lift"), of_two("b", 6.0, "tug", **charge)]
+    meta = {"lifId": "x", "creator": "us", "exportTimestamp": "2026-11-01T00:00:00.00Z", "lifVersion": "2.0.0"}
+    origins = [{"originId": "O1", "layouts": [hall]}, {"originId": "O2", "layouts": [hall | {"layoutId": "other"}]}]
+    content = json.dumps({"metaInformation": meta, "origins": origins}).encode()
+    graph, report = read_graph(content, "hall")
+    assert [(each.start, each.end, each.max_speed) for each in graph.edges] == [("a", "b", 0.4)]
+    assert [(each.name, each.uses, each.yaw) for each in graph.stations] == [("b", ("charge",), 1.0)]
+    assert not any("breaks the schema" in text for text in texts(report, TRANSLATED).values())
+    assert texts(report, NO_EFFECT)["origins"].startswith("O1, O2: each has its own coordinates")
+    assert "layouts[1]" in texts(report, NO_EFFECT)
+    graph, _ = read_graph(content, "hall", GraphOptions(vehicle="us.tug"))
+    assert [each.max_speed for each in graph.edges] == [0.9]
+
+
 @pytest.mark.parametrize("number", range(10))
 def test_the_examples_of_the_format_are_read(data: Path, number: int) -> None:
     file = sorted((data / "lif").glob("*.json"))[number]

@@ -92,6 +92,17 @@ def test_wrong_features_are_refused_and_the_rest_is_taken() -> None:
     assert texts(report, TRANSLATED)["features[6]"] == "id 2 is that of another edge, too; both were taken"
 
 
+def test_names_of_the_first_versions_are_known() -> None:
+    old = {
+        "type": "Feature",
+        "properties": {"edge_id": 7, "start_node": 0, "end_node": 1},
+        "geometry": {"type": "MultiLineString"},
+    }
+    graph, report = read_graph(route_graph(*TWO, old), "g")
+    assert [(each.name, each.start, each.end) for each in graph.edges] == [("edge 7", "0", "1")]
+    assert report.counts()["no effect"] == 0
+
+
 def test_edges_without_ids_end_at_the_nodes_nearby() -> None:
     drawn = {
         "type": "Feature",

@@ -108,15 +108,18 @@ def test_a_floor_without_common_fiducials_takes_its_measurements(names: list[str
     assert graph.nodes["0"].place == pytest.approx((5.0 + shift[0], -10.0 + shift[1]))
 
 
-def test_a_floor_of_unknown_scale_needs_one() -> None:
+def test_a_floor_without_measurements_has_the_scale_of_the_editor() -> None:
     content = building(levels={"L1": FLOOR | {"measurements": []}})
-    with pytest.raises(InvalidInput, match="level L1 has no measurements: give the metres of a pixel with --scale"):
-        read_graph(content, "shop")
+    graph, report = read_graph(content, "shop")
+    assert graph.nodes["0"].place == pytest.approx((5.0, -10.0))
+    text = "a pixel is 0.05 m, as in a new file of the editor, since it has no measurements: if that is wrong, give"
+    assert texts(report, TRANSLATED)["levels.L1.measurements"].startswith(text)
     graph, _ = read_graph(content, "shop", GraphOptions(scale=0.1))
     assert graph.nodes["0"].place == pytest.approx((10.0, -20.0))
     content = building(levels={"L1": FLOOR, "L2": FLOOR | {"measurements": [], "fiducials": []}})
-    with pytest.raises(InvalidInput, match="level L2 has neither two fiducials"):
-        read_graph(content, "shop", GraphOptions(level="L2"))
+    graph, report = read_graph(content, "shop", GraphOptions(level="L2"))
+    assert graph.nodes["0"].place == pytest.approx((5.0, -10.0))
+    assert "a pixel is 0.05 m, as on L1, and the rotation" in texts(report, TRANSLATED)["levels.L2.fiducials"]
 
 
 def test_metres_and_coordinates_of_the_earth() -> None:

@@ -42,6 +42,12 @@ def test_lanes_are_one_way_unless_they_say_otherwise() -> None:
     assert refused["levels.L1.lanes[3]"] == "a lane is [from, to, {…}]"
 
 
+def test_names_of_the_first_versions_stand_alone() -> None:
+    floor = {"vertices": [[0.0, 0.0, "dock"], [4.0, 0.0, ""]], "lanes": [[0, 1, {}]]}
+    graph, _ = read_graph(yaml.safe_dump({"levels": {"L1": floor}}).encode(), "0.yaml")
+    assert [(each.name, each.place) for each in graph.stations] == [("dock", (0.0, 0.0))]
+
+
 def test_a_floor_is_chosen_by_name() -> None:
     with pytest.raises(InvalidInput, match="has no level 'L9': it has B1, L1"):
         read_graph(nav_graph(), "0.yaml", GraphOptions(level="L9"))
