@@ -18,7 +18,7 @@ from robots.bridges.mavlink.cloud_end import CloudEnd, Requests
 from robots.bridges.mavlink.mission import MissionDrive
 from robots.bridges.mavlink.place import SILENT, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
-from robots.bridges.mavlink.station import Station, StationOptions
+from robots.bridges.mavlink.station import GroundStation, StationOptions
 from robots.bridges.mavlink.vehicle import Vehicle
 from robots.bridges.mavlink.velocity import VelocityDrive
 from robots.client.cloud_url import path_of
@@ -66,7 +66,7 @@ class MavlinkBridge:
 
     def __init__(self, url: str, token: str, robot: str, options: BridgeOptions) -> None:
         self._url, self._token, self._robot, self._options = url, token, robot, options
-        self._station = Station(options.station, self._received)
+        self._station = GroundStation(options.station, self._received)
         self._rover: Rover | None = None
         self._heard = asyncio.Event()
         self._heartbeat_at = self._cloud_at = -math.inf

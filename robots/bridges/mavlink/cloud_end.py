@@ -26,7 +26,7 @@ from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
 from robots.bridges.mavlink.mission import MissionEnded, PathProgress
 from robots.bridges.mavlink.place import VehicleMotion
-from robots.bridges.mavlink.vehicle import Charge
+from robots.bridges.mavlink.vehicle import BatteryReading
 
 logger = logging.getLogger("ppaas.bridge")
 
@@ -125,7 +125,7 @@ class CloudEnd:
         """Publish a scan."""
         self.link.publish_newest("scan", encode(scan))
 
-    def charge(self, charge: Charge) -> None:
+    def charge(self, charge: BatteryReading) -> None:
         """Publish the charge of the battery."""
         self.link.publish_newest("battery_state", msgspec.json.encode(battery_state(charge, _now())))
 
@@ -165,7 +165,7 @@ def _now() -> Time:
     return Time.of(epoch())
 
 
-def battery_state(charge: Charge, stamp: Time) -> dict[str, Any]:
+def battery_state(charge: BatteryReading, stamp: Time) -> dict[str, Any]:
     """Return a ``sensor_msgs/BatteryState``; what is not known is null, as NaN is in JSON."""
     numbers = {"voltage": charge.voltage, "current": -charge.current, "percentage": charge.share}
     known = {name: None if math.isnan(value) else value for name, value in numbers.items()}

@@ -18,7 +18,7 @@ from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, MissionSt
 from robots.bridges.mavlink.modes import command
 from robots.bridges.mavlink.place import SILENT, VehiclePlace
 from robots.bridges.mavlink.proximity import Proximity
-from robots.bridges.mavlink.station import Station
+from robots.bridges.mavlink.station import GroundStation
 from robots.bridges.mavlink.vehicle import BAD, ArmedChanged, ModeChanged, Restarted, Text, Vehicle
 from robots.bridges.mavlink.velocity import VelocityDrive
 
@@ -64,7 +64,7 @@ class Rover:
     vehicle : Vehicle
     drive : VelocityDrive or MissionDrive
     place : VehiclePlace
-    station : Station
+    station : GroundStation
     robot : str
         Id of the robot.
     scans : bool
@@ -77,7 +77,7 @@ class Rover:
     """
 
     def __init__(
-        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: VehiclePlace, station: Station, *,
+        self, vehicle: Vehicle, drive: VelocityDrive | MissionDrive, place: VehiclePlace, station: GroundStation, *,
         robot: str, scans: bool,
     ) -> None:  # fmt: skip
         self.vehicle, self.drive, self._place, self._station = vehicle, drive, place, station

@@ -117,7 +117,7 @@ class Finder:
         return heartbeat
 
 
-class Station:
+class GroundStation:
     """Exchange of messages with one vehicle.
 
     Parameters

@@ -78,7 +78,7 @@ class LocalPosition:
 
 
 @dataclass(frozen=True, slots=True)
-class Charge:
+class BatteryReading:
     """Voltage [V], current [A] and share from 0 to 1 of a battery; NaN for what is not known."""
 
     voltage: float
@@ -112,7 +112,7 @@ class Vehicle:
         Newest positions, and the times at which they came [s].
     yaw, yaw_rate : float or None
         Heading clockwise from north [rad], and its change [rad/s].
-    charge : Charge or None
+    charge : BatteryReading or None
     """
 
     def __init__(self, system: int, component: int, autopilot: int) -> None:
@@ -125,7 +125,7 @@ class Vehicle:
         self.geo_at = self.local_at = self.yaw_at = -math.inf
         self.yaw: float | None = None
         self.yaw_rate = 0.0
-        self.charge: Charge | None = None
+        self.charge: BatteryReading | None = None
         self._boot = -1
         self._parts: dict[int, list[str]] = {}
 
@@ -205,7 +205,7 @@ class Vehicle:
     def _battery(self, message: Any, now: float) -> list[VehicleEvent]:
         cells = [cell for cell in message.voltages if cell != 0xFFFF]
         if message.id == 0:
-            self.charge = Charge(
+            self.charge = BatteryReading(
                 sum(cells) * 1e-3 if cells else math.nan, _current(message), _share(message.battery_remaining)
             )
         return []
@@ -213,7 +213,7 @@ class Vehicle:
     def _system(self, message: Any, now: float) -> list[VehicleEvent]:
         voltage = math.nan if message.voltage_battery == 0xFFFF else message.voltage_battery * 1e-3
         if self.charge is None or not math.isnan(voltage):
-            self.charge = Charge(voltage, _current(message), _share(message.battery_remaining))
+            self.charge = BatteryReading(voltage, _current(message), _share(message.battery_remaining))
         return []
 
     def _text(self, message: Any, now: float) -> list[VehicleEvent]:

@@ -13,7 +13,7 @@ from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, PathProgr
 from robots.bridges.mavlink.place import VehicleMotion, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
 from robots.bridges.mavlink.station import addressed
-from robots.bridges.mavlink.vehicle import Charge, Vehicle
+from robots.bridges.mavlink.vehicle import BatteryReading, Vehicle
 from robots.bridges.mavlink.velocity import VelocityDrive
 from robots.sim.mavlink.body import RoverBody
 from robots.sim.mavlink.rover import Make, SimulatedRover
@@ -33,7 +33,7 @@ class RecordedCloud:
         self.ends: list[MissionEnded] = []
         self.rests: list[float] = []
         self.scans: list[Any] = []
-        self.charges: list[Charge] = []
+        self.charges: list[BatteryReading] = []
         self.words: list[str] = []
         self.cancelled = 0
 
@@ -53,7 +53,7 @@ class RecordedCloud:
     def scan(self, scan: Any) -> None:
         self.scans.append(scan)
 
-    def charge(self, charge: Charge) -> None:
+    def charge(self, charge: BatteryReading) -> None:
         self.charges.append(charge)
 
     def diagnostics(self, statuses: list[Any]) -> None:

@@ -10,7 +10,7 @@ from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NOD
 from ppaas.imports.parameters.nav2.limits import START, add_start, fit_limits, smoothed
 from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, chosen_namespace, named, spread
 from ppaas.imports.parameters.nav2.recoveries import add_recoveries
-from ppaas.imports.parameters.nav2.sections import PRIMARY, Section, known_in, rule_in, section_of, sections_of
+from ppaas.imports.parameters.nav2.sections import PRIMARY, PluginSection, known_in, rule_in, section_of, sections_of
 from ppaas.imports.parameters.nav2.tables import NodeTable, known_names
 from ppaas.imports.parameters.nav2.values import is_substitution, names_of
 from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
@@ -60,7 +60,7 @@ class _Importer:
         self.writer = writer
         self._report = writer.report
         self._suggestions = MOST_SUGGESTIONS
-        self._behaviors: list[Section] | None = None
+        self._behaviors: list[PluginSection] | None = None
         self._smoother: Parts = {}
         self._start: Parts = {}
 
@@ -146,7 +146,7 @@ class _Importer:
             else:
                 self._add_parameter(table, part, name, given, values)
 
-    def _choose_controller(self, sections: Iterable[Section]) -> None:
+    def _choose_controller(self, sections: Iterable[PluginSection]) -> None:
         for section in sections:
             if section.counts and section.table is not None and section.table.becomes:
                 self.writer.controller = section.table.becomes
@@ -180,7 +180,7 @@ class _Importer:
 
     # -- parameters of a plug-in ---------------------------------------------------------------------------------------
 
-    def _add_in(self, section: Section, part: str, name: str, given: GivenValue) -> None:
+    def _add_in(self, section: PluginSection, part: str, name: str, given: GivenValue) -> None:
         if not section.counts:
             self._report.without_effect(part, f"one plug-in of the list counts: {section.chosen}", given.line)
         elif name in ("plugin", PRIMARY, f"{PRIMARY}.plugin") and section.group.untyped is None:

@@ -22,7 +22,7 @@ CLOUD = "depthimage_to_laserscan and octomap_server take what a camera sees"
 Values = Mapping[str, GivenValue]
 
 
-class Section(msgspec.Struct, frozen=True):
+class PluginSection(msgspec.Struct, frozen=True):
     """Parameters of one plug-in in a file.
 
     Parameters
@@ -59,7 +59,7 @@ class Section(msgspec.Struct, frozen=True):
         return not self.group.only_first or self.name == self.chosen
 
 
-def sections_of(table: NodeTable, values: Values) -> dict[str, Section]:
+def sections_of(table: NodeTable, values: Values) -> dict[str, PluginSection]:
     """Return the sections that the lists of a node name, by name."""
     found = {section.name: section for group in table.groups for section in _of_group(group, values)}
     for key, given in values.items():
@@ -73,7 +73,7 @@ def sections_of(table: NodeTable, values: Values) -> dict[str, Section]:
     return found
 
 
-def _of_group(group: PluginGroup, values: Values) -> Iterator[Section]:
+def _of_group(group: PluginGroup, values: Values) -> Iterator[PluginSection]:
     listed = [name for key in group.lists if key in values for name in names_of(values[key].value)]
     names = listed or [name for name in group.defaults if not any(key in values for key in group.lists)]
     chosen = next((name for name in names if name in PREFERRED), names[0] if names else "")
@@ -81,12 +81,12 @@ def _of_group(group: PluginGroup, values: Values) -> Iterator[Section]:
         given = values.get(f"{name}.plugin")
         plugin = spelled(str(given.value)) if given is not None else group.defaults.get(name, "")
         if group.untyped is not None:
-            yield Section(name, group, plugin, group.untyped, chosen)
+            yield PluginSection(name, group, plugin, group.untyped, chosen)
         elif plugin == SHIM.plugin:
             primary = _primary(name, values)
-            yield Section(name, group, primary, group.table_of(primary), chosen, shim=True)
+            yield PluginSection(name, group, primary, group.table_of(primary), chosen, shim=True)
         else:
-            yield Section(name, group, plugin, group.table_of(plugin), chosen)
+            yield PluginSection(name, group, plugin, group.table_of(plugin), chosen)
 
 
 def _primary(section: str, values: Values) -> str:
@@ -97,7 +97,7 @@ def _primary(section: str, values: Values) -> str:
     return ""
 
 
-def section_of(name: str, sections: Mapping[str, Section]) -> Section | None:
+def section_of(name: str, sections: Mapping[str, PluginSection]) -> PluginSection | None:
     """Return the section of a parameter: the one with the longest name."""
     parts = name.split(".")
     for count in range(len(parts) - 1, 0, -1):
@@ -107,7 +107,7 @@ def section_of(name: str, sections: Mapping[str, Section]) -> Section | None:
     return None
 
 
-def rule_in(section: Section, name: str) -> ParameterRule | None:
+def rule_in(section: PluginSection, name: str) -> ParameterRule | None:
     """Return the rule of a parameter of a section, by its name without that of the section; None if it is unknown."""
     table = section.table
     assert table is not None
@@ -121,7 +121,7 @@ def rule_in(section: Section, name: str) -> ParameterRule | None:
     return table.rules.get(name) or general_rule(name) or _below(section, table, name)
 
 
-def _below(section: Section, table: PluginTable, name: str) -> ParameterRule | None:
+def _below(section: PluginSection, table: PluginTable, name: str) -> ParameterRule | None:
     """Return the rule of a parameter that stands under a name that the section gives: a source, a critic, a state."""
     first, _, rest = name.partition(".")
     if table.sources:
@@ -133,7 +133,7 @@ def _below(section: Section, table: PluginTable, name: str) -> ParameterRule | N
     return ParameterRule(text=naming.text) if naming is not None and naming.text else None
 
 
-def known_in(section: Section) -> list[str]:
+def known_in(section: PluginSection) -> list[str]:
     """Return the names that a section knows, for the nearest one to an unknown name."""
     if section.table is None:
         return []

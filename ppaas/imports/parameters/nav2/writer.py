@@ -6,7 +6,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from ppaas.imports.parameters.draft import Draft
-from ppaas.imports.parameters.nav2.sections import PRIMARY, Section
+from ppaas.imports.parameters.nav2.sections import PRIMARY, PluginSection
 from ppaas.imports.parameters.nav2.servers import CONTROLLER
 from ppaas.imports.parameters.nav2.values import is_replaced
 from ppaas.imports.parameters.ros_yaml import GivenValue
@@ -86,7 +86,7 @@ class DraftWriter:
 
     # -- plug-ins ------------------------------------------------------------------------------------------------------
 
-    def plugin(self, section: Section, part: str, name: str, given: GivenValue) -> None:
+    def plugin(self, section: PluginSection, part: str, name: str, given: GivenValue) -> None:
         """Report the plug-in of a section, and choose it if it is a controller or planner."""
         table, lists = section.table, section.group.lists
         if name != "plugin":
@@ -106,7 +106,7 @@ class DraftWriter:
             reason = next((rule.text for rule in table.rules.values()), "it has no parameters")
             self.report.without_effect(part, reason, given.line)
 
-    def _planner(self, section: Section, part: str, given: GivenValue) -> None:
+    def _planner(self, section: PluginSection, part: str, given: GivenValue) -> None:
         assert section.table is not None
         own = section.table.becomes
         if section.name == section.chosen:
@@ -114,7 +114,7 @@ class DraftWriter:
         else:
             self.report.translated(part, f"parameters of {own}, for requests that name it", given.line)
 
-    def _unknown(self, section: Section, part: str, given: GivenValue) -> None:
+    def _unknown(self, section: PluginSection, part: str, given: GivenValue) -> None:
         named = section.plugin or str(given.value)
         what = f"{PRIMARY} {named!r}" if section.shim else repr(named)
         names = [table.plugin for table in section.group.tables]

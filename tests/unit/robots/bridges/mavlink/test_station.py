@@ -9,7 +9,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput
 from robots.bridges.mavlink.dialect import Parser, mavlink
 from robots.bridges.mavlink.link import VehicleAddress
-from robots.bridges.mavlink.station import SEARCH, Finder, Station, StationOptions, key_of
+from robots.bridges.mavlink.station import SEARCH, Finder, GroundStation, StationOptions, key_of
 
 HERE, THERE = ("127.0.0.1", 1), ("127.0.0.1", 2)
 KEY, OTHER_KEY = b"k" * 32, b"o" * 32
@@ -32,11 +32,11 @@ def read(message: Any, system: int) -> Any:
 
 
 @pytest.fixture
-def made() -> Callable[..., tuple[Station, list[str]]]:
-    def make(**options: Any) -> tuple[Station, list[str]]:
+def made() -> Callable[..., tuple[GroundStation, list[str]]]:
+    def make(**options: Any) -> tuple[GroundStation, list[str]]:
         taken: list[str] = []
         options = {"address": VehicleAddress.parse("udpin:127.0.0.1:1"), **options}
-        return Station(StationOptions(**options), lambda message, _: taken.append(message.get_type())), taken
+        return GroundStation(StationOptions(**options), lambda message, _: taken.append(message.get_type())), taken
 
     return make
 
@@ -73,7 +73,7 @@ def test_stations_and_cameras_are_no_vehicles_and_aircraft_are_refused() -> None
 
 
 def test_messages_of_others_are_left_out_also_of_a_second_vehicle_with_the_same_number(
-    made: Callable[..., tuple[Station, list[str]]], caplog: pytest.LogCaptureFixture
+    made: Callable[..., tuple[GroundStation, list[str]]], caplog: pytest.LogCaptureFixture
 ) -> None:
     station, taken = made()
     one = parser(1)
@@ -88,7 +88,7 @@ def test_messages_of_others_are_left_out_also_of_a_second_vehicle_with_the_same_
     assert "another vehicle with the number 1" in caplog.text and "vehicle 2 is at this port" in caplog.text
 
 
-def test_a_message_may_come_in_pieces(made: Callable[..., tuple[Station, list[str]]]) -> None:
+def test_a_message_may_come_in_pieces(made: Callable[..., tuple[GroundStation, list[str]]]) -> None:
     station, taken = made(address=VehicleAddress.parse("tcp:127.0.0.1:1"))
     station.choose(1)
     data = b"noise" + parser(1).write(heartbeat())
@@ -98,7 +98,7 @@ def test_a_message_may_come_in_pieces(made: Callable[..., tuple[Station, list[st
 
 
 def test_with_a_key_unsigned_and_wrongly_signed_messages_are_left_out_and_do_no_harm(
-    made: Callable[..., tuple[Station, list[str]]], caplog: pytest.LogCaptureFixture
+    made: Callable[..., tuple[GroundStation, list[str]]], caplog: pytest.LogCaptureFixture
 ) -> None:
     station, taken = made(key=KEY)
     station.choose(1)
@@ -115,7 +115,7 @@ def test_with_a_key_unsigned_and_wrongly_signed_messages_are_left_out_and_do_no_
     assert caplog.text.count("--signing-key-file") == 1
 
 
-def test_what_is_sent_is_signed(made: Callable[..., tuple[Station, list[str]]]) -> None:
+def test_what_is_sent_is_signed(made: Callable[..., tuple[GroundStation, list[str]]]) -> None:
     station, _ = made(key=KEY, address=VehicleAddress.parse("udpout:127.0.0.1:1"))
     sent: list[bytes] = []
     station.line.send = lambda data, to: sent.append(data)  # type: ignore[method-assign]
