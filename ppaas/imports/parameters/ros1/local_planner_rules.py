@@ -3,6 +3,7 @@
 from typing import Any
 
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
+from ppaas.imports.parameters.slam.conversions import at_least
 
 _DWA, _MPPI = "parameters.dwa.", "parameters.mppi."
 
@@ -30,6 +31,10 @@ def _same(place: str, *names: str) -> dict[str, ParameterRule]:
 
 def _to(place: str, **names: str) -> dict[str, ParameterRule]:
     return {name: ParameterRule(place + own) for name, own in names.items()}
+
+
+FINEST = 0.05
+"""Smallest tolerance within which ``mppi`` comes to rest [m]."""
 
 
 def backwards(value: Any) -> float:
@@ -110,8 +115,10 @@ _COSTMAP = "obstacles are those of the local costmap"
 
 ELASTIC_BAND: ParameterRules = {
     **_same(
-        _MPPI, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "xy_goal_tolerance", "yaw_goal_tolerance",
-        "trans_stopped_vel",
+        _MPPI, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "yaw_goal_tolerance", "trans_stopped_vel",
+    ),
+    "xy_goal_tolerance": ParameterRule(
+        _MPPI + "xy_goal_tolerance", f"at least {FINEST}: mppi does not come to rest nearer to a goal", at_least(FINEST)
     ),
     "max_vel_x_backwards": ParameterRule(_MPPI + "min_vel_x", "reversing is a negative speed", backwards),
     "theta_stopped_vel": ParameterRule(_MPPI + "rot_stopped_vel"),
