@@ -88,13 +88,13 @@ def _document(content: bytes, report: ImportReport) -> Any:
 
 def _faultless(content: bytes) -> Any:
     """Return a drawing that is text without faults, which is read in a third of the time; None if it is another."""
-    import ezdxf  # noqa: PLC0415 - only drawings need it
-    from ezdxf.filemanagement import dxf_stream_info  # noqa: PLC0415
+    from ezdxf.filemanagement import dxf_stream_info, read  # noqa: PLC0415 - only drawings need it
+    from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
 
     try:
         encoding = dxf_stream_info(io.StringIO(content.decode("latin-1"))).encoding
-        return ezdxf.read(io.StringIO(content.decode(encoding, "surrogateescape").replace("\r\n", "\n")))
-    except (ezdxf.DXFError, LookupError, *_FAULTS):
+        return read(io.StringIO(content.decode(encoding, "surrogateescape").replace("\r\n", "\n")))
+    except (DXFError, LookupError, *_FAULTS):
         return None
 
 
