@@ -82,9 +82,10 @@ class MavlinkBridge:
             vehicle is none that the bridge drives.
         """
         known, anchor = await self._look_up()
+        line = asyncio.create_task(self._station.line.run())
         try:
             async with asyncio.TaskGroup() as group:
-                group.create_task(self._station.line.run())
+                group.create_task(_wait(line))
                 heartbeat = await self._find()
                 self._rover = self._joined(heartbeat, anchor, known["parameters"])
                 group.create_task(self._tick(self._rover))
@@ -93,7 +94,9 @@ class MavlinkBridge:
             raise errors.exceptions[0] from None
         finally:
             if self._rover is not None:
-                self._rover.leave("the bridge ends", monotonic())
+                self._rover.leave("the bridge ends", monotonic())  # while the line is still open
+            line.cancel()
+            await asyncio.gather(line, return_exceptions=True)
 
     async def _look_up(self) -> tuple[dict[str, Any], GeoAnchor | None]:
         """Return the robot as the cloud knows it, and the anchor of its map."""
@@ -198,3 +201,8 @@ class MavlinkBridge:
             initial_pose=initial_pose,
             stop=lambda stopped: rover.stop(stopped, monotonic()),
         )
+
+
+async def _wait(line: "asyncio.Task[None]") -> None:
+    """Wait for a line, which goes on when this is cancelled."""
+    await asyncio.shield(line)

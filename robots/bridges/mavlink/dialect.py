@@ -14,10 +14,13 @@ try:
 except ModuleNotFoundError as missing:
     raise Unavailable(f"vehicles with MAVLink need the extra mavlink: {install_hint('mavlink')}") from missing
 
-__all__ = ["Parser", "check_installed", "mavlink"]
+__all__ = ["COMPONENT", "Parser", "check_installed", "mavlink"]
 
 SIGNING_EPOCH = 1_420_070_400
 """Beginning of the time of signatures, 2015-01-01 [s since the epoch]; it counts steps of 10 µs."""
+
+COMPONENT = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
+"""Component of this station: so answers to it differ from answers to QGroundControl, if both have the same number."""
 
 FORGED = "Invalid signature"
 """Reason of pymavlink for a message that is not signed with the key, or that was sent before."""
@@ -48,7 +51,7 @@ class Parser(mavlink.MAVLink):  # type: ignore[misc]
     """
 
     def __init__(self, system: int, key: bytes | None = None) -> None:
-        super().__init__(None, srcSystem=system, srcComponent=mavlink.MAV_COMP_ID_MISSIONPLANNER)
+        super().__init__(None, srcSystem=system, srcComponent=COMPONENT)
         self.robust_parsing = True
         self.seq: int = 0
         self.forged = 0

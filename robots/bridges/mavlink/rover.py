@@ -99,15 +99,16 @@ class Rover:
     def take(self, message: Any, now: float) -> None:
         """Take a message of the vehicle that arrived at a time [s]."""
         kind = message.get_type()
-        if message.get_srcComponent() == self.vehicle.component or kind != "HEARTBEAT":
-            for event in self.vehicle.take(message, now):
-                self._happened(event, now)
+        if kind in ("OBSTACLE_DISTANCE", "DISTANCE_SENSOR"):
+            self._scan(message, now)
+        if message.get_srcComponent() != self.vehicle.component or not self._station.is_addressed_by(message):
+            return  # a camera with a clock of its own, or an answer to another station
+        for event in self.vehicle.take(message, now):
+            self._happened(event, now)
         if kind == "COMMAND_ACK":
             self._do(self.drive.given(self.drive.authority.take_ack(message, now)), now)
         elif kind.startswith("MISSION_") and isinstance(self.drive, MissionDrive):
             self._do(self.drive.take(message, now), now)
-        elif kind in ("OBSTACLE_DISTANCE", "DISTANCE_SENSOR"):
-            self._scan(message, now)
 
     def _scan(self, message: Any, now: float) -> None:
         if not self._scans:

@@ -12,7 +12,7 @@ from ppaas.bounded import BoundedDict
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, InvalidInput
 from robots.bridges.core.notices import Notices
-from robots.bridges.mavlink.dialect import Parser, mavlink
+from robots.bridges.mavlink.dialect import COMPONENT, Parser, mavlink
 from robots.bridges.mavlink.link import LINES, PeerWatch, VehicleAddress
 
 logger = logging.getLogger("ppaas.bridge")
@@ -66,6 +66,12 @@ def key_of(path: Path) -> bytes:
     if not text:
         raise InvalidInput(f"{path} has no key: write 64 hexadecimal digits or a passphrase into it")
     return bytes.fromhex(text) if _HEX.fullmatch(text) else sha256(text.encode()).digest()
+
+
+def addressed(message: Any, station: int) -> bool:
+    """Return whether a message is for all stations, or for the one with a number."""
+    system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
+    return system in (0, station) and component in (0, COMPONENT)
 
 
 class Finder:
@@ -158,6 +164,10 @@ class Station:
         data = self._writer.write(message)
         if self._peer.address is not None or self._options.address.kind != "udpin":
             self.line.send(data, self._peer.address)
+
+    def is_addressed_by(self, message: Any) -> bool:
+        """Return whether a message is for all stations, or for this one."""
+        return addressed(message, self._options.station)
 
     def boot_ms(self) -> int:
         """Return the time of this station [ms]."""

@@ -11,6 +11,9 @@ from robots.bridges.mavlink.modes import ARMED, ModeBook, book_of
 BOOT_JUMP = 2000
 """Time by which the clock of a vehicle goes back when it has restarted [ms]; late messages are younger."""
 
+BOOT_END = 0xFFFFFFFF - 60_000
+"""Time after which the clock begins again without a restart, for it has 32 bits [ms]."""
+
 FIX_3D = mavlink.GPS_FIX_TYPE_3D_FIX
 
 MAX_TEXT = 200
@@ -140,8 +143,9 @@ class Vehicle:
     def _clock(self, boot: int | None) -> list[VehicleEvent]:
         if boot is None:
             return []
-        restarted = boot < self._boot - BOOT_JUMP
-        if restarted or boot > self._boot:
+        goes_back = boot < self._boot - BOOT_JUMP
+        restarted = goes_back and self._boot < BOOT_END
+        if goes_back or boot > self._boot:
             self._boot = boot
         if not restarted:
             return []
@@ -215,7 +219,7 @@ class Vehicle:
     def _text(self, message: Any, now: float) -> list[VehicleEvent]:
         number = getattr(message, "id", 0)
         if not number:
-            return [Text(message.severity, message.text[:MAX_TEXT])]
+            return [Text(message.severity, _printable(message.text))]
         if message.chunk_seq == 0:
             self._parts = {number: []}
         parts = self._parts.get(number)
@@ -225,13 +229,18 @@ class Vehicle:
         if len(message.text) == _CHUNK and sum(map(len, parts)) < MAX_TEXT:
             return []
         self._parts.clear()
-        return [Text(message.severity, "".join(parts)[:MAX_TEXT])]
+        return [Text(message.severity, _printable("".join(parts)))]
 
     _TAKERS: ClassVar[dict[str, "Callable[[Vehicle, Any, float], list[VehicleEvent]]"]] = {
         "HEARTBEAT": _heartbeat, "GLOBAL_POSITION_INT": _geo, "LOCAL_POSITION_NED": _local, "ATTITUDE": _attitude,
         "ODOMETRY": _odometry, "GPS_RAW_INT": _gps, "BATTERY_STATUS": _battery, "SYS_STATUS": _system,
         "STATUSTEXT": _text,
     }  # fmt: skip
+
+
+def _printable(text: str) -> str:
+    """Return a text without control characters, which terminals would execute, and not too long."""
+    return "".join(character if character.isprintable() else "?" for character in text[:MAX_TEXT])
 
 
 def _current(message: Any) -> float:

@@ -113,7 +113,8 @@ class SimulatedRover:
             case "HEARTBEAT" if message.get_srcSystem() == self.station:
                 self._station_at = self.now
             case "COMMAND_LONG":
-                self._say(mavlink.MAVLink_command_ack_message(message.command, self._command(message)))
+                to = message.get_srcSystem(), message.get_srcComponent()
+                self._say(mavlink.MAVLink_command_ack_message(message.command, self._command(message), 0, 0, *to))
             case "SET_POSITION_TARGET_LOCAL_NED":
                 self._setpoint(message)
             case "MISSION_COUNT":

@@ -12,6 +12,7 @@ from robots.bridges.mavlink.dialect import Parser, mavlink
 from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, WaypointProgress
 from robots.bridges.mavlink.place import VehicleMotion, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
+from robots.bridges.mavlink.station import addressed
 from robots.bridges.mavlink.vehicle import Charge, Vehicle
 from robots.bridges.mavlink.velocity import VelocityDrive
 from robots.sim.mavlink.body import RoverBody
@@ -76,6 +77,9 @@ class LoopStation:
         if not self.cut:
             for read in self._reader.read(self._writer.write(message)):
                 self._rover.take(read)
+
+    def is_addressed_by(self, message: Any) -> bool:
+        return addressed(message, 255)
 
     def boot_ms(self) -> int:
         return 0

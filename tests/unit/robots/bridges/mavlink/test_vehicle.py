@@ -50,6 +50,17 @@ def test_a_clock_that_goes_back_is_a_restart_and_a_late_message_is_none(vehicle:
     assert vehicle.take(attitude(400), 0.3) == []
 
 
+def test_a_clock_of_32_bits_begins_again_after_49_days_without_a_restart(vehicle: Vehicle) -> None:
+    vehicle.take(attitude(2**32 - 100), 0.0)
+    assert vehicle.take(attitude(50), 0.15) == []
+    assert vehicle.take(attitude(150), 0.25) == []
+
+
+def test_texts_have_no_characters_that_a_terminal_would_execute(vehicle: Vehicle) -> None:
+    [said] = vehicle.take(mavlink.MAVLink_statustext_message(4, b"\x1b[2Jall\nclear\xff", 0, 0), 0.0)
+    assert isinstance(said, Text) and said.text.isprintable() and "all?clear" in said.text
+
+
 def test_texts_of_several_parts_are_joined_and_one_with_a_lost_part_is_left_out(vehicle: Vehicle) -> None:
     def said(text: bytes, number: int = 0, part: int = 0) -> list[object]:
         return list(vehicle.take(mavlink.MAVLink_statustext_message(2, text, number, part), 0.0))

@@ -218,7 +218,9 @@ def test_a_stopped_robot_stands_in_its_own_mode_until_the_release(make: Make) ->
 
 
 def read_by_station(message: Any) -> Any:
-    (found,) = Parser(255).read(Parser(1).write(message))
+    writer = Parser(1)
+    writer.srcComponent = 1
+    (found,) = Parser(255).read(writer.write(message))
     return found
 
 
@@ -240,6 +242,22 @@ def test_distances_are_scans_if_the_clone_expects_them_and_the_rover_knows_its_p
     without = looped("ardupilot", scans=False)
     without.rover.take(ring(), without.now)
     assert not without.cloud.scans and '"localize": false' in caplog.text
+
+
+def test_answers_to_another_station_and_clocks_of_cameras_do_not_count() -> None:
+    loop = looped("ardupilot")
+    loop.run(3.0)
+    loop.speed = 0.5
+    loop.run(0.1)
+    denied = mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_RESULT_DENIED, 0, 0, 250, 190)
+    loop.rover.take(read_by_station(denied), loop.now)
+    camera = Parser(1)
+    camera.srcComponent = mavlink.MAV_COMP_ID_CAMERA
+    for message in (mavlink.MAVLink_system_time_message(0, 5), mavlink.MAVLink_heartbeat_message(30, 8, 0, 0, 4, 3)):
+        (read,) = Parser(255).read(camera.write(message))
+        loop.rover.take(read, loop.now)
+    loop.until(lambda: loop.sim.body.speed > 0.3)
+    assert not loop.cloud.cancelled
 
 
 def test_setpoints_are_those_of_the_makes() -> None:
