@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.yaml_keys import read_keys
+from ppaas.maps.yaml_keys import read_keys
 
 KEY = "georeference"
 """Key of a map's YAML."""

@@ -27,7 +27,8 @@ from engine.recorder import robot_recorder
 from engine.remote import join_secrets, joining, machines
 from ppaas.fleet.lane_placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
-from ppaas.maps.formats import map_yaml, netpbm, pictures, yaml_keys
+from ppaas.maps import yaml_keys
+from ppaas.maps.formats import map_yaml, netpbm, pictures
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
 from ppaas.nodes.recorder.node import MOST_PAYLOAD, MOST_SECONDS

@@ -12,7 +12,7 @@ from msgspec import Meta
 
 from ppaas.decoding import converted
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.yaml_keys import Value, read_keys, with_key
+from ppaas.maps.yaml_keys import Value, read_keys, with_key
 
 MAX_YAML = 1 << 16
 """Limit of the size of a record [bytes]."""

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_image, with_rules
-from ppaas.maps.formats.yaml_keys import read_keys, with_key
+from ppaas.maps.yaml_keys import read_keys, with_key
 from tests.support.world.maps import YAML
 
 KEYS = {"image": "a.pgm", "origin": ["0", "-.5", "0"]}
