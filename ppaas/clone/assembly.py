@@ -178,8 +178,7 @@ def _move_base(
     layers, controller = located.layers, controller_for(driving, given, body)
     if not parameters_in_use(controller).get(FOOTPRINT):
         body = replace(body, inner_radius=None)  # it drives a disc, which must not be led through narrow passages
-    planner, path_planners = planners_of(driving, given, body)
-    recovering = recoveries_of(driving, given)
+    (planner, path_planners), recovering = planners_of(driving, given, body), recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     social, limits_by_place = given.read(SocialLayerParameters, "social_layer"), _limits_of(given, body, layers)
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
@@ -190,11 +189,10 @@ def _move_base(
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
-            adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=located.names
-        )
+            adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance,
+            names=located.names, by_robot=located.by_robot,
+        )  # fmt: skip
         surroundings.mark_ahead(not controller.predicts)
-        if located.by_robot:
-            surroundings.expect_no_scans()
         return kind(
             context, surroundings=surroundings, planner=planner, path_planners=path_planners,
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),

@@ -53,10 +53,11 @@ def surroundings_of(
     costs: CostParameters,
     tolerance: float,
     names: FrameNames,
+    by_robot: bool = False,
 ) -> Surroundings:
     """Return the surroundings of a robot with this body on the map of these layers.
 
-    ``costs`` are the map's costs, which remembered obstacles get too.
+    ``costs`` are the map's costs, which remembered obstacles get too; with ``by_robot`` the robot localizes itself.
     """
     radius = body.robot_radius + parameters.footprint_padding
     window = LocalCostmap(
@@ -78,7 +79,10 @@ def surroundings_of(
         inflation_radius=costs.inflation_radius,
         cost_scaling_factor=costs.cost_scaling_factor,
     )
-    return Surroundings(
+    surroundings = Surroundings(
         window, memory, body.robot_radius,
         people=RecentPeople(social), moving=MovingObjects(layers), tolerance=tolerance, names=names,
     )  # fmt: skip
+    if by_robot:
+        surroundings.expect_no_scans()
+    return surroundings

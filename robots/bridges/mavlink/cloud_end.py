@@ -24,7 +24,7 @@ from ppaas.polygons import Points
 from ppaas.wire.vda5050.master.route import route_of
 from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.mavlink.mission import MissionEnded, WaypointProgress
+from robots.bridges.mavlink.mission import MissionEnded, PathProgress
 from robots.bridges.mavlink.place import VehicleMotion
 from robots.bridges.mavlink.vehicle import Charge
 
@@ -137,7 +137,7 @@ class CloudEnd:
         """Publish how the vehicle is."""
         self.link.publish_newest("diagnostics", encode(DiagnosticArray(Header(stamp=_now()), list(statuses))))
 
-    def progress(self, progress: WaypointProgress) -> None:
+    def progress(self, progress: PathProgress) -> None:
         """Publish progress along a path."""
         message = own_pose.feedback(progress.path, progress.text, progress.distance, progress.speed, _now())
         self.link.publish_newest("follow_path/feedback", encode(message))

@@ -42,7 +42,7 @@ class MissionEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class WaypointProgress:
+class PathProgress:
     """Rest of a path [m], speed [m/s], and what the vehicle does in words."""
 
     path: str
@@ -194,12 +194,12 @@ class MissionDrive:
             steps += self._watch(now)
         return steps
 
-    def progress(self) -> WaypointProgress | None:
+    def progress(self) -> PathProgress | None:
         """Return how far the vehicle is; None without a path."""
         if not self._path:
             return None
         speed = 0.0 if self._motion is None else self._motion.forward
-        return WaypointProgress(self._path, self._distance(), speed, self.phase.value)
+        return PathProgress(self._path, self._distance(), speed, self.phase.value)
 
     # -- parts ---------------------------------------------------------------------------------------------------------
 

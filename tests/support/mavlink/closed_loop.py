@@ -9,7 +9,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
 from robots.bridges.mavlink.authority import VehicleAuthority
 from robots.bridges.mavlink.dialect import Parser, mavlink
-from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, WaypointProgress
+from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, PathProgress
 from robots.bridges.mavlink.place import VehicleMotion, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
 from robots.bridges.mavlink.station import addressed
@@ -47,7 +47,7 @@ class RecordedCloud:
     def ended(self, end: MissionEnded) -> None:
         self.ends.append(end)
 
-    def progress(self, progress: WaypointProgress) -> None:
+    def progress(self, progress: PathProgress) -> None:
         self.rests.append(progress.distance)
 
     def scan(self, scan: Any) -> None:
