@@ -9,6 +9,7 @@ from tests.support.commands import leaves
 WITHOUT = {
     "ppaas bench": "each bench has the option, once it is named",
     "ppaas bridge agv": "runs until it is ended, and prints a log",
+    "ppaas bridge mavlink": "runs until it is ended, and prints a log",
     "ppaas bridge ros1": "runs until it is ended, and prints a log",
     "ppaas bridge ros2": "runs until it is ended, and prints a log",
     "ppaas bridge vda5050": "runs until it is ended, and prints a log",

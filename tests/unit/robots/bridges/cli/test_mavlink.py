@@ -2,12 +2,15 @@
 
 import argparse
 import math
+import sys
 from pathlib import Path
 
 import pytest
 
+from ppaas import distribution
 from ppaas.errors import InvalidInput, InvalidMap
 from robots.bridges.cli import mavlink
+from robots.cli.main import main
 
 NEEDED = ["--robot", "r", "--vehicle", "udpin:0.0.0.0:14550"]
 
@@ -50,3 +53,17 @@ def test_what_is_no_address_no_place_and_no_key_is_refused_by_name(tmp_path: Pat
         mavlink.options_of(parsed("--anchor=91,0"))
     with pytest.raises(InvalidInput, match="cannot read the key"):
         mavlink.options_of(parsed("--signing-key-file", str(tmp_path / "none")))
+
+
+def test_pymavlink_is_named_if_it_is_not_installed_or_too_old(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    version = distribution.version
+    with monkeypatch.context() as older:
+        older.setattr(distribution, "version", lambda name: "2.4.9" if name == "pymavlink" else version(name))
+        assert main(["bridge", "mavlink", *NEEDED, "--token", "t"]) == 1
+    assert "pymavlink 2.4.9 (needed: >=" in capsys.readouterr().err
+    monkeypatch.delitem(sys.modules, "robots.bridges.mavlink.dialect", raising=False)
+    monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
+    assert main(["bridge", "mavlink", *NEEDED, "--token", "t"]) == 1
+    assert "pip install '.[mavlink]'" in capsys.readouterr().err
