@@ -186,8 +186,8 @@ class Bridge:
             else:
                 lacking[service.type.partition("/")[0]].append(service.name)
         for name, kind in transport.tables.actions.items():
-            if not transport.types.knows(f"{kind}_SendGoal"):
-                continue
+            if not (transport.types.ros1 or transport.types.knows(f"{kind}_SendGoal")):
+                continue  # actions of ROS 1 have no services
             if transport.has_type(kind):
                 self._servers.append(self._actions(name, kind, graph.full(name), self._parts))
             else:
