@@ -9,6 +9,7 @@ import numpy as np
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.clouds import cloud_map, las
+from ppaas.imports.maps.clouds.octomap_file import MAGIC, read_octomap
 from ppaas.imports.maps.clouds.pcd import read_pcd
 from ppaas.imports.maps.clouds.ply import read_ply
 from ppaas.imports.maps.clouds.point_cloud import PointCloud
@@ -31,14 +32,14 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp")
 CLOUDS: dict[str, _Reader] = {
     ".pcd": read_pcd, ".ply": read_ply, ".las": las.read_las, ".laz": las.read_las,
     ".xyz": read_xyz, ".txt": read_xyz, ".csv": read_xyz, ".pts": read_xyz,
+    ".bt": read_octomap, ".ot": read_octomap,
 }  # fmt: skip
 _MAGIC: tuple[tuple[bytes, _Reader], ...] = (
     (las.MAGIC, las.read_las), (b"ply\n", read_ply), (b"ply\r", read_ply),
-    (b"# .PCD", read_pcd),
+    (b"# .PCD", read_pcd), *((magic, read_octomap) for magic in MAGIC),
 )  # fmt: skip
 _NEXT_STEPS = {
     ".yaml": "publish it with 'ppaas map publish'", ".yml": "publish it with 'ppaas map publish'",
-    ".bt": "publish it with 'ppaas map publish'", ".ot": "publish it with 'ppaas map publish'",
     ".map": "publish it with 'ppaas map publish'", ".bag": "save the map of OpenMower as JSON in its web interface",
     ".svg": "import it with 'ppaas map from-plan'", ".dxf": "import it with 'ppaas map from-plan'",
     ".pdf": "import it with 'ppaas map from-plan'",

@@ -14,6 +14,7 @@ from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.clouds.distinct import DENSE as DENSE_VOLUME
 from ppaas.imports.maps.clouds.distinct import distinct
 from ppaas.imports.maps.clouds.ground import Floor, find_floor, flat_floor
+from ppaas.imports.maps.clouds.octomap_file import free_columns
 from ppaas.imports.maps.clouds.point_cloud import Coordinates, PointCloud
 from ppaas.imports.maps.clouds.rays import seen_through
 from ppaas.imports.maps.common.enclosed import closed_gaps, enclosed
@@ -70,7 +71,7 @@ def map_of_cloud(cloud: PointCloud, options: MapOptions, report: ImportReport) -
     low, high = options.heights
     if not low < high:
         raise InvalidInput(f"--heights needs a lower and a higher number of metres, not {low:g},{high:g}")
-    info = _geometry(cloud.points, options, report)
+    info = _geometry(cloud, options, report)
     cells = _cells(cloud.points, info)
     if options.floor is None:
         floor = find_floor(cloud.points, info, cloud.ground)
@@ -87,10 +88,12 @@ def map_of_cloud(cloud: PointCloud, options: MapOptions, report: ImportReport) -
     return ImportedMap(grid, _octomap(sliced, grid, options, report))
 
 
-def _geometry(points: Coordinates, options: MapOptions, report: ImportReport) -> GridInfo:
+def _geometry(cloud: PointCloud, options: MapOptions, report: ImportReport) -> GridInfo:
+    points = cloud.points
     low, high = points[:, :2].min(axis=0).astype(np.float64), points[:, :2].max(axis=0).astype(np.float64)
-    if options.resolution is not None:
-        return grid_around(low - options.resolution, high + options.resolution, options.resolution)
+    given = options.resolution or (None if cloud.octree is None else cloud.octree.resolution)
+    if given is not None:
+        return grid_around(low - given, high + given, given)
     extent = np.maximum(high - low, 0.01)
     for resolution in RESOLUTIONS:
         if np.prod(extent / resolution + 3) > PREFERRED_CELLS:
@@ -154,6 +157,11 @@ def _free(
         through = seen_through(cloud.points, cloud.origins, sliced.floor, info, options.heights) & ~occupied
         report.translated("free space", f"{int((through & ~seen).sum())} more cells through which rays passed")
         seen |= through
+    if cloud.octree is not None:
+        level = sliced.floor.level
+        empty = free_columns(cloud.octree, info, level + low, level + options.heights[1]) & ~occupied
+        report.translated("free space", f"{int((empty & ~seen).sum())} more cells of free voxels")
+        seen |= empty
     if options.start is not None:
         inside = enclosed(occupied, info, options.start)
         report.translated("--start", f"{int(inside.sum())} cells within the walls around it are free")

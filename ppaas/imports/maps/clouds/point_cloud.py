@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.imports.report import ImportReport
+from ppaas.maps.octree import OcTree
 
 MOST_POINTS = 50_000_000
 """Largest number of points of a cloud."""
@@ -50,6 +51,8 @@ class PointCloud:
         Points that the file calls ground.
     projection : str, optional
         Coordinate system of the file: WKT, or an authority with a code as ``EPSG:25832``.
+    octree : OcTree, optional
+        Octree of which the points are the occupied voxels; its free leaves were seen to be free.
     """
 
     points: Coordinates
@@ -57,6 +60,7 @@ class PointCloud:
     origins: tuple[ScanOrigin, ...] = ()
     ground: NDArray[np.bool_] | None = None
     projection: str | None = None
+    octree: OcTree | None = None
 
 
 def check_count(declared: int, kind: str) -> None:
