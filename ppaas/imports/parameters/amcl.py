@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, put
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, put, renamed, same
+from ppaas.imports.parameters.values import frame
 from ppaas.imports.report import ImportReport
 
 if TYPE_CHECKING:
@@ -46,37 +47,17 @@ def _one_of(known: tuple[str, ...]) -> Any:
     return check
 
 
-def _taken(*names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(_AMCL + name) for name in names}
-
-
-def _renamed(**names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(_AMCL + own) for name, own in names.items()}
-
-
-def frame(value: object) -> str:
-    """Return the name of a frame without the slash at its begin, which tf has dropped.
-
-    Raises
-    ------
-    InvalidParameter
-        The value is no text.
-    """
-    if not isinstance(value, str):
-        raise InvalidParameter(f"a frame must be text, not {value!r}")
-    return value.lstrip("/")
-
-
 _FRAMES = ("odom_frame_id", "base_frame_id", "global_frame_id")
 
 _SHARED: ParameterRules = {
-    **_taken(
+    **same(
+        _AMCL,
         "min_particles", "max_particles", "update_min_d", "update_min_a", "resample_interval", "recovery_alpha_slow",
         "recovery_alpha_fast", "laser_min_range", "laser_max_range", "laser_likelihood_max_dist", "transform_tolerance",
         "tf_broadcast",
     ),
     "laser_model_type": ParameterRule(_AMCL + "laser_model_type", convert=_one_of(_LASER_MODELS)),
-    **{name: ParameterRule(_AMCL + name, convert=frame) for name in _FRAMES},
+    **same(_AMCL, *_FRAMES, convert=frame),
     "do_beamskip": ParameterRule(text=_NO_SKIPPING),
     "beam_skip_distance": ParameterRule(text=_NO_SKIPPING),
     "beam_skip_threshold": ParameterRule(text=_NO_SKIPPING),
@@ -87,7 +68,8 @@ _SHARED: ParameterRules = {
 
 ROS1_RULES: ParameterRules = {
     **_SHARED,
-    **_taken(
+    **same(
+        _AMCL,
         "kld_err", "kld_z", "laser_max_beams", "laser_z_hit", "laser_z_short", "laser_z_max", "laser_z_rand",
         "laser_sigma_hit", "laser_lambda_short", "odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4",
         "odom_alpha5", "initial_cov_xx", "initial_cov_yy", "initial_cov_aa",
@@ -108,7 +90,8 @@ ROS1_RULES: ParameterRules = {
 
 ROS2_RULES: ParameterRules = {
     **_SHARED,
-    **_renamed(
+    **renamed(
+        _AMCL,
         alpha1="odom_alpha1", alpha2="odom_alpha2", alpha3="odom_alpha3", alpha4="odom_alpha4", alpha5="odom_alpha5",
         max_beams="laser_max_beams", pf_err="kld_err", pf_z="kld_z", z_hit="laser_z_hit", z_short="laser_z_short",
         z_max="laser_z_max", z_rand="laser_z_rand", sigma_hit="laser_sigma_hit", lambda_short="laser_lambda_short",

@@ -2,13 +2,14 @@
 
 import difflib
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule
+from ppaas.imports.parameters.values import is_substitution
 from ppaas.imports.report import ImportOutcome, ImportReport
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ OF_ANY_NODE: ParameterRules = {
     "allow_parameter_qos_overrides": ParameterRule(text="clients of the cloud have no quality of service"),
 }
 """Parameters that every node of ROS has, or that manage its life."""
-
-SUBSTITUTION = "$("
-"""Begin of a part of a value that only a launch file resolves."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?\d+")
 
@@ -79,7 +77,7 @@ def is_left_open(part: str, given: GivenValue, report: ImportReport) -> bool:
     if given.value is None:
         report.refused(part, "it has no value; write one, or remove the line", given.line)
         return True
-    if SUBSTITUTION in str(given.value):
+    if is_substitution(str(given.value)):
         report.refused(part, f"{given.value!r} is filled in by a launch file: write the value itself", given.line)
         return True
     return False
@@ -155,19 +153,3 @@ def _report_overridden(
 
 def _first_line(values: Mapping[str, GivenValue]) -> int:
     return min((value.line for value in values.values()), default=0)
-
-
-def numbers(value: object, count: int) -> list[float]:
-    """Return a list of numbers, or text such as ``[1, 2.5]``, as a list of this many floats.
-
-    Raises
-    ------
-    ValueError
-        It is no list of this many numbers.
-    """
-    given: Sequence[object] = value.strip(" []").replace(",", " ").split() if isinstance(value, str) else ()
-    if isinstance(value, list | tuple):
-        given = value
-    if len(given) != count or any(isinstance(each, bool) for each in given):
-        raise ValueError(f"it must be a list of {count} numbers, not {value!r}")
-    return [float(each) for each in given]  # type: ignore[arg-type]

@@ -36,6 +36,21 @@ ParameterRules = Mapping[str, ParameterRule]
 """Rules by the dotted names of the parameters."""
 
 
+def same(place: str, *names: str, convert: Convert | None = None) -> dict[str, ParameterRule]:
+    """Return rules of parameters that have the same names below a place, which ends with a dot."""
+    return {name: ParameterRule(place + name, convert=convert) for name in names}
+
+
+def renamed(place: str, **names: str) -> dict[str, ParameterRule]:
+    """Return rules of parameters that have the given names below a place, which ends with a dot."""
+    return {name: ParameterRule(place + own) for name, own in names.items()}
+
+
+def without_effect(reason: str, *names: str) -> dict[str, ParameterRule]:
+    """Return rules of parameters that have no effect, all for one reason; a text may name several of them."""
+    return {name: ParameterRule(text=reason) for text in names for name in text.split()}
+
+
 def apply_rule(rule: ParameterRule, part: str, given: GivenValue, draft: dict[str, Any], report: ImportReport) -> None:
     """Apply a rule to one parameter: write it into the draft of a robot file, and report it.
 

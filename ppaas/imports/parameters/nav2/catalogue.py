@@ -12,8 +12,8 @@ from ppaas.imports.parameters.nav2.servers import (
     WAYPOINT_FOLLOWER,
 )
 from ppaas.imports.parameters.nav2.tables import NodeTable, rules_of
-from ppaas.imports.parameters.nav2.values import number, whole
 from ppaas.imports.parameters.rules import ParameterRule
+from ppaas.imports.parameters.values import number, whole
 
 SPEED_INFO = rules_of(
     "speed_filter",

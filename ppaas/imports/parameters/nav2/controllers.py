@@ -10,7 +10,7 @@ from ppaas.imports.parameters.nav2.reasons import (
     WHOLE_PATH,
 )
 from ppaas.imports.parameters.nav2.tables import PluginTable, rules_of
-from ppaas.imports.parameters.nav2.values import above_zero, magnitude, number, times, unless_zero, whole
+from ppaas.imports.parameters.values import above_zero, magnitude, number, times, unless_zero, whole
 
 # -- DWB ---------------------------------------------------------------------------------------------------------------
 

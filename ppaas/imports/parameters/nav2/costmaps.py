@@ -1,8 +1,10 @@
 """Parameters of ``local_costmap`` and ``global_costmap``, with their layers and filters."""
 
+from ppaas.clone.surroundings import MAX_PUBLISH_FREQUENCY
 from ppaas.imports.parameters.nav2.reasons import SHOWN, TRANSFORMS
-from ppaas.imports.parameters.nav2.tables import Given, NodeTable, PluginGroup, PluginTable, rules_of, without_effect
-from ppaas.imports.parameters.nav2.values import at_most, corners, flag, number, unless_zero, whole
+from ppaas.imports.parameters.nav2.tables import Given, NodeTable, PluginGroup, PluginTable, rules_of
+from ppaas.imports.parameters.rules import without_effect
+from ppaas.imports.parameters.values import at_most, corners, flag, number, unless_zero, whole
 
 OF_MAP = "the static layer has the cells, the origin and the values of the map"
 OF_LOCAL = "local_costmap has the layer of what the laser sees"
@@ -11,9 +13,6 @@ ALL_LASERS = "a robot publishes all its scans on the topic scan"
 AS_SEEN = "the layer takes the scans of all lasers, cleared and marked together"
 AT_ONCE = "the costmap follows each scan and each pose"
 MASKS = "publish the mask as a map, and name it in the robot file: parameters.{}.filter_mask"
-
-MOST_HERTZ = 10.0
-"""Limit of ``local_costmap.publish_frequency`` of the clone [Hz]."""
 
 _OF_SOURCE = without_effect(ALL_LASERS, "topic sensor_frame data_type transport_type") | without_effect(
     AS_SEEN,
@@ -211,7 +210,7 @@ LOCAL_COSTMAP = NodeTable(
     rules_of(
         "local_costmap",
         "width height footprint_padding",
-        {"publish_frequency": ("publish_frequency", at_most(MOST_HERTZ)), **_BODY},
+        {"publish_frequency": ("publish_frequency", at_most(MAX_PUBLISH_FREQUENCY)), **_BODY},
         {**_NONE, OF_GLOBAL: "track_unknown_space lethal_cost_threshold"},
         {"width": number, "height": number, "footprint_padding": number},
     ),

@@ -12,9 +12,9 @@ from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, ch
 from ppaas.imports.parameters.nav2.recoveries import add_recoveries
 from ppaas.imports.parameters.nav2.sections import PRIMARY, PluginSection, known_in, rule_in, section_of, sections_of
 from ppaas.imports.parameters.nav2.tables import NodeTable, known_names
-from ppaas.imports.parameters.nav2.values import is_substitution, names_of
 from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
 from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, read_parameter_file
+from ppaas.imports.parameters.values import is_substitution, names_of
 from ppaas.imports.report import ImportReport
 
 MOST_SUGGESTIONS = 200

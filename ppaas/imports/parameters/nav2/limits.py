@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.nav2.values import flag, number
 from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
+from ppaas.imports.parameters.values import flag, number
 
 _Limit = tuple[int, str, Callable[[float, float], float]]
 
@@ -33,10 +33,10 @@ def smoothed(writer: DraftWriter, parts: Parts) -> None:
         try:
             numbers = [number(each) for each in given.value] if isinstance(given.value, list) else []
         except InvalidParameter as error:
-            writer.report.refused(part, f"each number {error}", given.line)
+            writer.report.refused(part, f"a number of the list: {error}", given.line)
             continue
         if len(numbers) not in (3, 6):
-            writer.report.refused(part, f"must be a list of x, y and theta, not {given.value!r}", given.line)
+            writer.report.refused(part, f"it must be a list of x, y and theta, not {given.value!r}", given.line)
             continue
         places = [(limit, which, _of_axis(numbers, axis)) for axis, limit, which in LIMITS[name]]
         if not _stricter(writer, part, given.line, places):
@@ -134,7 +134,7 @@ def add_start(writer: DraftWriter, parts: Parts) -> None:
         pose = [number(parts[name][1].value) if name in parts else 0.0 for name in COORDINATES]
     except InvalidParameter as error:
         for part, given in parts.values():
-            report.refused(part, f"the initial pose cannot be read: a value {error}", given.line)
+            report.refused(part, f"the initial pose cannot be read: {error}", given.line)
         return
     for name, (part, given) in parts.items():
         if not sets:

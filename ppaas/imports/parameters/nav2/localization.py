@@ -1,8 +1,8 @@
 """Parameters of ``amcl``."""
 
 from ppaas.imports.parameters.nav2.tables import NodeTable, rules_of
-from ppaas.imports.parameters.nav2.values import flag, frame, number, one_of, whole
 from ppaas.imports.parameters.rules import Convert
+from ppaas.imports.parameters.values import flag, frame, number, one_of, whole
 
 MOTION_MODELS = {
     "nav2_amcl::DifferentialMotionModel": "diff-corrected",

@@ -1,6 +1,7 @@
 """Parameters of Nav2's nodes that a clone has none of: maps, docks, routes, zones around the robot, life cycles."""
 
-from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, without_effect
+from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable
+from ppaas.imports.parameters.rules import without_effect
 
 MONITOR = "keep the collision monitor on the robot, between the commands of the cloud and the base"
 PUBLISH = "publish the map: ppaas map publish FILE.yaml"

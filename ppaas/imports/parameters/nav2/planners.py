@@ -2,8 +2,8 @@
 
 from ppaas.imports.parameters.nav2.reasons import SHOWN
 from ppaas.imports.parameters.nav2.tables import Given, PluginTable, rules_of
-from ppaas.imports.parameters.nav2.values import flag, number, one_of, whole
 from ppaas.imports.parameters.rules import Convert
+from ppaas.imports.parameters.values import flag, number, one_of, whole
 
 GOAL_HEADING = "the path ends in the heading of the goal"
 OWN_SMOOTHING = "the parameter smooth of a grid planner smooths, smooth_path that of lattice"

@@ -1,9 +1,9 @@
 """Parameters of the controller plug-ins that become pure pursuit, and of the shim around a controller."""
 
 from ppaas.imports.parameters.nav2.reasons import BRAKES, TOLERANCES, TRANSFORMS, WHOLE_PATH
-from ppaas.imports.parameters.nav2.tables import Given, PluginTable, rules_of, without_effect
-from ppaas.imports.parameters.nav2.values import above_zero, flag, number, unless_zero
-from ppaas.imports.parameters.rules import Convert
+from ppaas.imports.parameters.nav2.tables import Given, PluginTable, rules_of
+from ppaas.imports.parameters.rules import Convert, without_effect
+from ppaas.imports.parameters.values import above_zero, flag, number, unless_zero
 
 ONE_LAW = "pure_pursuit has another law of steering"
 

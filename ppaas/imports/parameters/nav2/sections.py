@@ -7,9 +7,9 @@ import msgspec
 from ppaas.imports.parameters.nav2.catalogue import general_rule
 from ppaas.imports.parameters.nav2.pursuit import OF_SHIM, SHIM
 from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, spelled
-from ppaas.imports.parameters.nav2.values import names_of
 from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule
+from ppaas.imports.parameters.values import names_of
 
 PREFERRED = frozenset({"FollowPath", "follow_path", "GridBased", "grid_based", "general_goal_checker", "goal_checker"})
 """Sections that Nav2's behaviour trees name where they choose none; else the first one counts."""

@@ -4,9 +4,10 @@ from ppaas.imports.parameters.nav2.controllers import DWB, MPPI
 from ppaas.imports.parameters.nav2.planners import PLANNERS
 from ppaas.imports.parameters.nav2.pursuit import GRACEFUL, PURE_PURSUIT, SHIM, VECTOR_PURSUIT
 from ppaas.imports.parameters.nav2.reasons import TRANSFORMS, WHOLE_PATH
-from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of, without_effect
+from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
 from ppaas.imports.parameters.nav2.teb import TEB
-from ppaas.imports.parameters.nav2.values import above_zero, flag, number, whole
+from ppaas.imports.parameters.rules import without_effect
+from ppaas.imports.parameters.values import above_zero, flag, number, whole
 
 ONE_TOPIC = "the topics of a robot have fixed names"
 BY_ACTION = "the clone drives by its own state machine; --bt-xml FILE takes a tree's recoveries and rate"

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import msgspec
 
-from ppaas.imports.parameters.rules import Convert, ParameterRule, ParameterRules
+from ppaas.imports.parameters.rules import Convert, ParameterRule, ParameterRules, without_effect
 
 Given = str | tuple[str, Convert] | tuple[str, Convert, str]
 """Place in the robot file, relative to the node or plug-in of the table, with conversion and text."""
@@ -112,14 +112,8 @@ def rules_of(
         to, conversion, words = (*((given,) if isinstance(given, str) else given), None, None)[:3]
         rules[name] = ParameterRule(_place(node, str(to)), str(words or ""), conversion)
     for reason, names in (no_effect or {}).items():
-        for name in names.split():
-            rules[name] = ParameterRule(text=reason)
+        rules |= without_effect(reason, names)
     return rules
-
-
-def without_effect(reason: str, names: str) -> dict[str, ParameterRule]:
-    """Return rules of parameters that have no effect, all for one reason."""
-    return {name: ParameterRule(text=reason) for name in names.split()}
 
 
 def known_names(table: NodeTable) -> Iterable[str]:

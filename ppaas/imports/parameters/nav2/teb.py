@@ -2,7 +2,7 @@
 
 from ppaas.imports.parameters.nav2.reasons import OTHER_COSTS, SHOWN, SIDEWAYS, TOLERANCES
 from ppaas.imports.parameters.nav2.tables import PluginTable, rules_of
-from ppaas.imports.parameters.nav2.values import above_zero, negated
+from ppaas.imports.parameters.values import above_zero, negated
 
 TEB = PluginTable(
     "teb_local_planner::TebLocalPlannerROS",

@@ -8,9 +8,9 @@ from msgspec.structs import replace
 from ppaas.imports.parameters.draft import Draft
 from ppaas.imports.parameters.nav2.sections import PRIMARY, PluginSection
 from ppaas.imports.parameters.nav2.servers import CONTROLLER
-from ppaas.imports.parameters.nav2.values import is_replaced
 from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, apply_rule, put
+from ppaas.imports.parameters.values import is_replaced
 from ppaas.imports.report import ImportOutcome, ImportReport
 from ppaas.navigation.parameters import MoveBaseParameters
 

@@ -1,11 +1,8 @@
 """Rules for the parameters of costmap_2d of ROS 1: common ones, and those of the two costmaps."""
 
-from typing import Any
-
 from ppaas.clone.surroundings import MAX_PUBLISH_FREQUENCY
-from ppaas.errors import InvalidParameter
-from ppaas.footprints import check_corners, read_footprint
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, same, without_effect
+from ppaas.imports.parameters.values import at_most, corners
 
 GLOBAL, LOCAL = "parameters.global_costmap.", "parameters.local_costmap."
 
@@ -18,47 +15,29 @@ _UPDATES = "costmaps change with each scan"
 _STALE = "scans and poses may be as old as move_base's transform_tolerance, which a cloud needs longer"
 
 
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
-
-
-def outline(value: Any) -> list[list[float]]:
-    """Return the corners of a footprint, which may be text.
-
-    Raises
-    ------
-    InvalidParameter
-        It is no list of at least three corners.
-    """
-    corners = read_footprint(value)
-    if not isinstance(corners, list):
-        raise InvalidParameter(f"footprint must be a list of corners [[x, y], …] [m], not {value!r}")
-    found = [[float(number) for number in corner] for corner in corners]
-    if any(len(corner) != 2 for corner in found):
-        raise InvalidParameter("a corner of a footprint must be two numbers: x, y [m]")
-    check_corners(tuple((x, y) for x, y in found))
-    return found
-
-
 _SHOWN = f"at most {MAX_PUBLISH_FREQUENCY:g} Hz"
 
 
-def _published(value: Any) -> float:
-    return min(float(value), MAX_PUBLISH_FREQUENCY)
-
-
 EITHER: ParameterRules = {
-    **_without(_FRAMES, "global_frame", "robot_base_frame"),
-    **_without(_UPDATES, "update_frequency", "subscribe_to_updates", "always_send_full_costmap"),
-    **_without(_LAYERS, "plugins", "map_type", "layers", "name", "type", "enabled", "combination_method",
-               "use_maximum", "inflate_unknown"),
-    **_without(_WINDOW, "static_map", "rolling_window", "first_map_only", "map_topic", "origin_x", "origin_y",
-               "resolution", "trinary_costmap", "unknown_cost_value"),
-    **_without(_SCANS, "observation_sources", "sensor_frame", "data_type", "topic", "marking", "clearing",
-               "observation_persistence", "expected_update_rate", "observation_topic", "inf_is_valid",
-               "footprint_clearing_enabled"),
-    **_without(_PLANE, "max_obstacle_height", "min_obstacle_height", "origin_z", "z_resolution", "z_voxels",
-               "unknown_threshold", "mark_threshold", "publish_voxel_map"),
+    **without_effect(_FRAMES, "global_frame", "robot_base_frame"),
+    **without_effect(_UPDATES, "update_frequency", "subscribe_to_updates", "always_send_full_costmap"),
+    **without_effect(
+        _LAYERS, "plugins", "map_type", "layers", "name", "type", "enabled", "combination_method", "use_maximum",
+        "inflate_unknown",
+    ),
+    **without_effect(
+        _WINDOW, "static_map", "rolling_window", "first_map_only", "map_topic", "origin_x", "origin_y", "resolution",
+        "trinary_costmap", "unknown_cost_value",
+    ),
+    **without_effect(
+        _SCANS, "observation_sources", "sensor_frame", "data_type", "topic", "marking", "clearing",
+        "observation_persistence", "expected_update_rate", "observation_topic", "inf_is_valid",
+        "footprint_clearing_enabled",
+    ),
+    **without_effect(
+        _PLANE, "max_obstacle_height", "min_obstacle_height", "origin_z", "z_resolution", "z_voxels",
+        "unknown_threshold", "mark_threshold", "publish_voxel_map",
+    ),
     "transform_tolerance": ParameterRule(text=_STALE),
     "restore_defaults": ParameterRule(text="it belongs to dynamic_reconfigure"),
 }  # fmt: skip
@@ -66,7 +45,7 @@ EITHER: ParameterRules = {
 
 _OUTLINE: ParameterRules = {
     "robot_radius": ParameterRule(GLOBAL + "robot_radius"),
-    "footprint": ParameterRule(GLOBAL + "footprint", convert=outline),
+    "footprint": ParameterRule(GLOBAL + "footprint", convert=corners),
     "footprint_padding": ParameterRule(LOCAL + "footprint_padding"),
 }
 
@@ -78,23 +57,21 @@ GLOBAL_RULES: ParameterRules = {
     "lethal_cost_threshold": ParameterRule(GLOBAL + "lethal_cost_threshold"),
     "track_unknown_space": ParameterRule("parameters.static_layer.track_unknown_space"),
     "publish_frequency": ParameterRule(text="the global costmap is published when it changes"),
-    **_without(_WINDOW, "width", "height"),
-    **_without("obstacles are remembered beyond the local costmap as they are in it", "obstacle_range",
-               "raytrace_range"),
+    **without_effect(_WINDOW, "width", "height"),
+    **without_effect(
+        "obstacles are remembered beyond the local costmap as they are in it", "obstacle_range", "raytrace_range",
+    ),
 }  # fmt: skip
 """Rules of the global costmap."""
 
 LOCAL_RULES: ParameterRules = {
     **EITHER,
     **_OUTLINE,
-    **{
-        name: ParameterRule(LOCAL + name)
-        for name in (
-            "width", "height", "inflation_radius", "cost_scaling_factor", "obstacle_range", "raytrace_range",
-        )
-    },
-    "publish_frequency": ParameterRule(LOCAL + "publish_frequency", _SHOWN, _published),
-    **_without("the map of the robot file decides", "lethal_cost_threshold", "track_unknown_space"),
+    **same(
+        LOCAL, "width", "height", "inflation_radius", "cost_scaling_factor", "obstacle_range", "raytrace_range"
+    ),
+    "publish_frequency": ParameterRule(LOCAL + "publish_frequency", _SHOWN, at_most(MAX_PUBLISH_FREQUENCY)),
+    **without_effect("the map of the robot file decides", "lethal_cost_threshold", "track_unknown_space"),
 }  # fmt: skip
 """Rules of the local costmap."""
 

@@ -1,9 +1,7 @@
 """Rules for the local planners of ROS 1: trajectory rollout and the dynamic window become dwa, elastic bands mppi."""
 
-from typing import Any
-
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
-from ppaas.imports.parameters.slam.conversions import at_least
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, renamed, same, without_effect
+from ppaas.imports.parameters.values import at_least, negated
 
 _DWA, _MPPI = "parameters.dwa.", "parameters.mppi."
 
@@ -21,85 +19,74 @@ _TOPICS = "the topics are those of the robot: 'scan' and 'odom'"
 _CYCLE = "it runs at move_base's controller_frequency"
 
 
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
-
-
-def _same(place: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(place + name) for name in names}
-
-
-def _to(place: str, **names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(place + own) for name, own in names.items()}
-
-
 FINEST = 0.05
 """Smallest tolerance within which ``mppi`` comes to rest [m]."""
 
 
-def backwards(value: Any) -> float:
-    """Return the slowest forward speed by the fastest one backwards [m/s]."""
-    return -abs(float(value))
-
-
 TRAJECTORY: ParameterRules = {
-    **_same(
+    **same(
         _DWA, "max_vel_x", "min_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "xy_goal_tolerance",
         "yaw_goal_tolerance", "sim_time", "sim_granularity", "vx_samples",
     ),
-    **_to(
+    **renamed(
         _DWA, max_rotational_vel="max_vel_theta", acc_lim_th="acc_lim_theta", vtheta_samples="vth_samples",
         min_in_place_vel_theta="min_vel_theta", min_in_place_rotational_vel="min_vel_theta",
         rot_stopped_velocity="rot_stopped_vel", trans_stopped_velocity="trans_stopped_vel",
     ),
     "min_vel_theta": ParameterRule(text="turns to the right are as fast as those to the left"),
-    **_without(_SIDEWAYS, "holonomic_robot", "y_vels", "acc_lim_y", "max_vel_y", "min_vel_y", "vy_samples",
-               "strafe_in_place"),
-    **_without(_ESCAPE, "escape_vel", "backup_vel", "escape_reset_dist", "escape_reset_theta"),
-    **_without(_WEIGHTS, "pdist_scale", "gdist_scale", "path_distance_bias", "goal_distance_bias", "occdist_scale",
-               "meter_scoring"),
-    **_without("rollouts are scored along the whole way", "heading_lookahead", "heading_scoring",
-               "heading_scoring_timestep", "simple_attractor"),
-    **_without(_STUCK, "oscillation_reset_dist"),
-    **_without(_CHECKED, "angular_sim_granularity", "world_model", "inscribed_radius", "circumscribed_radius"),
-    **_without(_STOPS, "stop_time_buffer"),
-    **_without(_PRUNED, "prune_plan"),
-    **_without(_LATCHED, "latch_xy_goal_tolerance", "final_goal_distance_bias"),
-    **_without(_CYCLE, "sim_period", "controller_frequency"),
-    **_without(_DEBUG, "publish_cost_grid_pc", "publish_cost_grid", "publish_traj_pc"),
-    **_without("xy_goal_tolerance is the distance to the goal", "x_goal_tolerance", "y_goal_tolerance"),
-    **_without("frames are named in amcl or grid_slam", "global_frame_id", "odom_topic"),
+    **without_effect(
+        _SIDEWAYS, "holonomic_robot", "y_vels", "acc_lim_y", "max_vel_y", "min_vel_y", "vy_samples", "strafe_in_place",
+    ),
+    **without_effect(_ESCAPE, "escape_vel", "backup_vel", "escape_reset_dist", "escape_reset_theta"),
+    **without_effect(
+        _WEIGHTS, "pdist_scale", "gdist_scale", "path_distance_bias", "goal_distance_bias", "occdist_scale",
+        "meter_scoring",
+    ),
+    **without_effect(
+        "rollouts are scored along the whole way", "heading_lookahead", "heading_scoring", "heading_scoring_timestep",
+        "simple_attractor",
+    ),
+    **without_effect(_STUCK, "oscillation_reset_dist"),
+    **without_effect(_CHECKED, "angular_sim_granularity", "world_model", "inscribed_radius", "circumscribed_radius"),
+    **without_effect(_STOPS, "stop_time_buffer"),
+    **without_effect(_PRUNED, "prune_plan"),
+    **without_effect(_LATCHED, "latch_xy_goal_tolerance", "final_goal_distance_bias"),
+    **without_effect(_CYCLE, "sim_period", "controller_frequency"),
+    **without_effect(_DEBUG, "publish_cost_grid_pc", "publish_cost_grid", "publish_traj_pc"),
+    **without_effect("xy_goal_tolerance is the distance to the goal", "x_goal_tolerance", "y_goal_tolerance"),
+    **without_effect("frames are named in amcl or grid_slam", "global_frame_id", "odom_topic"),
     "dwa": ParameterRule(text="dwa always searches the velocities of the next cycle"),
     "point_grid": ParameterRule(text="obstacles are the cells of the local costmap"),
-    **_without("move_base does not read it: its names are acc_lim_x, acc_lim_th", "acc_limit_x", "acc_limit_y",
-               "acc_limit_th"),
+    **without_effect(
+        "move_base does not read it: its names are acc_lim_x, acc_lim_th", "acc_limit_x", "acc_limit_y", "acc_limit_th",
+    ),
     "restore_defaults": ParameterRule(text=_RECONFIGURE),
 }  # fmt: skip
 """Rules of base_local_planner/TrajectoryPlannerROS."""
 
 DYNAMIC_WINDOW: ParameterRules = {
-    **_same(
+    **same(
         _DWA, "max_vel_x", "min_vel_x", "min_vel_trans", "max_vel_theta", "min_vel_theta", "acc_lim_x",
         "acc_lim_theta", "xy_goal_tolerance", "yaw_goal_tolerance", "trans_stopped_vel", "rot_stopped_vel", "sim_time",
         "sim_granularity", "vx_samples", "vth_samples", "path_distance_bias", "goal_distance_bias", "occdist_scale",
         "forward_point_distance",
     ),
-    **_to(
+    **renamed(
         _DWA, min_trans_vel="min_vel_trans", max_rot_vel="max_vel_theta", min_rot_vel="min_vel_theta",
         acc_lim_th="acc_lim_theta", theta_stopped_vel="rot_stopped_vel", vtheta_samples="vth_samples",
     ),
-    **_without("acc_lim_x bounds the acceleration", "acc_lim_trans", "acc_limit_trans"),
-    **_without(_SIDEWAYS, "max_vel_y", "min_vel_y", "acc_lim_y", "vy_samples", "holonomic_robot", "holonomic"),
-    **_without(_STUCK, "oscillation_reset_dist", "oscillation_reset_angle"),
-    **_without("cost_slowdown of dwa slows a robot down near obstacles", "scaling_speed", "max_scaling_factor"),
-    **_without("rollouts that turn need no less than those that do not", "twirling_scale", "penalize_negative_x"),
-    **_without(_CHECKED, "angular_sim_granularity", "angular_granularity"),
-    **_without(_STOPS, "stop_time_buffer"),
-    **_without(_PRUNED, "prune_plan"),
-    **_without(_LATCHED, "latch_xy_goal_tolerance"),
-    **_without(_CYCLE, "sim_period", "controller_frequency"),
-    **_without(_DEBUG, "publish_traj_pc", "publish_cost_grid_pc", "publish_cost_grid"),
-    **_without("frames are named in amcl or grid_slam", "global_frame_id", "odom_topic"),
+    **without_effect("acc_lim_x bounds the acceleration", "acc_lim_trans", "acc_limit_trans"),
+    **without_effect(_SIDEWAYS, "max_vel_y", "min_vel_y", "acc_lim_y", "vy_samples", "holonomic_robot", "holonomic"),
+    **without_effect(_STUCK, "oscillation_reset_dist", "oscillation_reset_angle"),
+    **without_effect("cost_slowdown of dwa slows a robot down near obstacles", "scaling_speed", "max_scaling_factor"),
+    **without_effect("rollouts that turn need no less than those that do not", "twirling_scale", "penalize_negative_x"),
+    **without_effect(_CHECKED, "angular_sim_granularity", "angular_granularity"),
+    **without_effect(_STOPS, "stop_time_buffer"),
+    **without_effect(_PRUNED, "prune_plan"),
+    **without_effect(_LATCHED, "latch_xy_goal_tolerance"),
+    **without_effect(_CYCLE, "sim_period", "controller_frequency"),
+    **without_effect(_DEBUG, "publish_traj_pc", "publish_cost_grid_pc", "publish_cost_grid"),
+    **without_effect("frames are named in amcl or grid_slam", "global_frame_id", "odom_topic"),
     "cheat_factor": ParameterRule(text=_WEIGHTS),
     "use_dwa": ParameterRule(text="dwa always searches the velocities of the next cycle"),
     "restore_defaults": ParameterRule(text=_RECONFIGURE),
@@ -114,15 +101,15 @@ _CAR = "a base turns in place; the planner lattice keeps a minimum_turning_radiu
 _COSTMAP = "obstacles are those of the local costmap"
 
 ELASTIC_BAND: ParameterRules = {
-    **_same(
+    **same(
         _MPPI, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "yaw_goal_tolerance", "trans_stopped_vel",
     ),
     "xy_goal_tolerance": ParameterRule(
         _MPPI + "xy_goal_tolerance", f"at least {FINEST}: mppi does not come to rest nearer to a goal", at_least(FINEST)
     ),
-    "max_vel_x_backwards": ParameterRule(_MPPI + "min_vel_x", "reversing is a negative speed", backwards),
+    "max_vel_x_backwards": ParameterRule(_MPPI + "min_vel_x", "reversing is a negative speed", negated),
     "theta_stopped_vel": ParameterRule(_MPPI + "rot_stopped_vel"),
-    **_without(
+    **without_effect(
         _BAND, "teb_autosize", "dt_ref", "dt_hysteresis", "min_samples", "max_samples", "exact_arc_length",
         "global_plan_overwrite_orientation", "allow_init_with_backwards_motion", "global_plan_viapoint_sep",
         "global_plan_via_point_sep", "via_points_ordered", "max_global_plan_lookahead_dist",
@@ -137,21 +124,21 @@ ELASTIC_BAND: ParameterRules = {
         "divergence_detection", "divergence_detection_max_chi_squared", "shrink_horizon_backup",
         "shrink_horizon_min_duration", "length_start_orientation_vector",
     ),
-    **_without(
+    **without_effect(
         _CLEARANCE, "min_obstacle_dist", "inflation_dist", "weight_obstacle", "weight_inflation",
         "obstacle_proximity_ratio_max_vel", "obstacle_proximity_lower_bound", "obstacle_proximity_upper_bound",
     ),
-    **_without(
+    **without_effect(
         _MOVING, "dynamic_obstacle_inflation_dist", "include_dynamic_obstacles", "weight_dynamic_obstacle",
         "weight_dynamic_obstacle_inflation", "is_footprint_dynamic",
     ),
-    **_without(
+    **without_effect(
         _COSTMAP, "include_costmap_obstacles", "costmap_obstacles_behind_robot_dist", "obstacle_poses_affected",
         "legacy_obstacle_association", "obstacle_association_force_inclusion_factor",
         "obstacle_association_cutoff_factor", "costmap_converter_plugin", "costmap_converter_spin_thread",
         "costmap_converter_rate", "costmap_converter", "costmap_converter/CostmapToLinesDBSRANSAC",
     ),
-    **_without(
+    **without_effect(
         _CLASSES, "enable_homotopy_class_planning", "enable_multithreading", "simple_exploration", "max_number_classes",
         "max_number_plans_in_current_class", "selection_obst_cost_scale", "selection_prefer_initial_plan",
         "selection_viapoint_cost_scale", "selection_cost_hysteresis", "selection_alternative_time_cost",
@@ -161,12 +148,14 @@ ELASTIC_BAND: ParameterRules = {
         "viapoints_all_candidates", "visualize_hc_graph", "visualize_with_time_as_z_axis_scale",
         "delete_detours_backwards", "detours_orientation_tolerance", "max_ratio_detours_duration_best_duration",
     ),
-    **_without(_CAR, "min_turning_radius", "wheelbase", "cmd_angle_instead_rotvel"),
-    **_without(_SIDEWAYS, "max_vel_y", "acc_lim_y", "use_proportional_saturation"),
-    **_without(_STUCK, "oscillation_recovery", "oscillation_v_eps", "oscillation_omega_eps",
-               "oscillation_recovery_min_duration", "oscillation_filter_duration"),
-    **_without(_TOPICS, "odom_topic", "map_frame"),
-    **_without(_DEBUG, "publish_feedback"),
+    **without_effect(_CAR, "min_turning_radius", "wheelbase", "cmd_angle_instead_rotvel"),
+    **without_effect(_SIDEWAYS, "max_vel_y", "acc_lim_y", "use_proportional_saturation"),
+    **without_effect(
+        _STUCK, "oscillation_recovery", "oscillation_v_eps", "oscillation_omega_eps",
+        "oscillation_recovery_min_duration", "oscillation_filter_duration",
+    ),
+    **without_effect(_TOPICS, "odom_topic", "map_frame"),
+    **without_effect(_DEBUG, "publish_feedback"),
     "free_goal_vel": ParameterRule(text="a robot stops at its goal"),
     "complete_global_plan": ParameterRule(text="a plan is driven to its end"),
     "footprint_model": ParameterRule(text="the outline is that of the costmaps: footprint or robot_radius"),

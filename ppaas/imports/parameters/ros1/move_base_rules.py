@@ -4,7 +4,7 @@ from typing import Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.known_names import nearest_name
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, same, without_effect
 from ppaas.planners.registry import PLANNERS
 from ppaas.recoveries.registry import RECOVERIES
 
@@ -12,10 +12,6 @@ _MOVE_BASE = "parameters.move_base."
 
 _OTHER_PLANNERS = {"sbpl_lattice_planner/SBPLLatticePlanner": "lattice", "carrot_planner/CarrotPlanner": "theta_star"}
 """Global planners of ROS 1 that no plug-in has as an alias, and the plug-ins most like them."""
-
-
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
 
 
 def global_planner(value: object) -> str:
@@ -58,19 +54,18 @@ def _recovery(kind: str) -> str:
 
 
 MOVE_BASE: ParameterRules = {
-    **{
-        name: ParameterRule(_MOVE_BASE + name)
-        for name in (
-            "planner_frequency", "controller_frequency", "planner_patience", "controller_patience",
-            "max_planning_retries", "oscillation_timeout", "oscillation_distance", "recovery_behavior_enabled",
-            "clearing_rotation_allowed", "conservative_reset_dist",
-        )
-    },
+    **same(
+        _MOVE_BASE, "planner_frequency", "controller_frequency", "planner_patience", "controller_patience",
+        "max_planning_retries", "oscillation_timeout", "oscillation_distance", "recovery_behavior_enabled",
+        "clearing_rotation_allowed", "conservative_reset_dist",
+    ),
     "base_global_planner": ParameterRule("base_global_planner", convert=global_planner),
     "recovery_behaviors": ParameterRule(_MOVE_BASE + "recovery_behaviors", convert=recovery_behaviors),
-    **_without("costmaps of a clone are always there", "shutdown_costmaps", "global_costmap", "local_costmap"),
-    **_without("plans of services are made on the costmap as it is", "make_plan_clear_costmap",
-               "make_plan_add_unreachable_goal"),
+    **without_effect("costmaps of a clone are always there", "shutdown_costmaps", "global_costmap", "local_costmap"),
+    **without_effect(
+        "plans of services are made on the costmap as it is", "make_plan_clear_costmap",
+        "make_plan_add_unreachable_goal",
+    ),
     "planner_retry_frequency": ParameterRule(text="planning is tried again at planner_frequency"),
     "clearing_radius": ParameterRule(text="obstacles are cleared by the recovery behaviours"),
     "restore_defaults": ParameterRule(text="it belongs to dynamic_reconfigure"),
@@ -86,8 +81,8 @@ _SHOWN = "potentials are not published"
 NAVFN: ParameterRules = {
     "allow_unknown": ParameterRule("parameters.navfn.allow_unknown"),
     "default_tolerance": ParameterRule(_MOVE_BASE + "default_tolerance"),
-    **_without(_NO_WINDOW, "planner_window_x", "planner_window_y"),
-    **_without(_SHOWN, "visualize_potential"),
+    **without_effect(_NO_WINDOW, "planner_window_x", "planner_window_y"),
+    **without_effect(_SHOWN, "visualize_potential"),
     "planner_costmap_publish_frequency": ParameterRule(text=_SHOWN),
 }
 """Rules of navfn/NavfnROS."""
@@ -96,11 +91,11 @@ GLOBAL_PLANNER: ParameterRules = {
     "allow_unknown": ParameterRule("parameters.dijkstra.allow_unknown"),
     "default_tolerance": ParameterRule(_MOVE_BASE + "default_tolerance"),
     "clear_goal_tolerance": ParameterRule(text="a goal that is free stays where it is"),
-    **_without(_NO_WINDOW, "planner_window_x", "planner_window_y"),
-    **_without(
+    **without_effect(_NO_WINDOW, "planner_window_x", "planner_window_y"),
+    **without_effect(
         _SHOWN, "visualize_potential", "publish_potential", "publish_scale", "planner_costmap_publish_frequency"
     ),
-    **_without(_SAME_COSTS, "lethal_cost", "neutral_cost", "cost_factor"),
+    **without_effect(_SAME_COSTS, "lethal_cost", "neutral_cost", "cost_factor"),
     "use_quadratic": ParameterRule(text="paths are exact on the grid"),
     "use_grid_path": ParameterRule(text="paths follow the cells; the planner's parameter 'smooth' shortens them"),
     "old_navfn_behavior": ParameterRule(text="base_global_planner navfn plans as navfn does"),

@@ -1,9 +1,8 @@
 """Rules for the options of cartographer and of its node: what maps on a robot that makes a map by ``grid_slam``."""
 
-from ppaas.imports.parameters.amcl import frame
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
-from ppaas.imports.parameters.slam.conversions import at_least
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, without_effect
 from ppaas.imports.parameters.slam.slam_toolbox_rules import LEAST_TRAVEL, STEP
+from ppaas.imports.parameters.values import at_least, frame
 
 _SLAM = "parameters.grid_slam."
 _AMCL = "parameters.amcl."
@@ -20,10 +19,6 @@ _LANDMARKS = "neither landmarks nor satellites are used"
 _CLOSURES = "a closure is checked by the points that agree"
 
 
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
-
-
 NODE: ParameterRules = {
     "map_frame": ParameterRule(_SLAM + "map_frame", convert=frame),
     "odom_frame": ParameterRule(text="odometry names its frames itself"),
@@ -32,21 +27,26 @@ NODE: ParameterRules = {
     "pose_publish_period_sec": ParameterRule(_SLAM + "transform_publish_period"),
     "publish_to_tf": ParameterRule(text="the transform is published; set transform_publish_period to 0 for none"),
     "submap_publish_period_sec": ParameterRule(_SLAM + "map_update_interval", "at least 1 s", at_least(1.0)),
-    **_without(_TOPICS, "num_laser_scans", "num_multi_echo_laser_scans", "num_subdivisions_per_laser_scan",
-               "num_point_clouds", "use_laser_scan", "use_multi_echo_laser_scan", "use_odometry",
-               "use_odometry_data", "expect_odometry_data", "use_multi_echo_laser_scan_2d", "num_lasers_3d",
-               "use_horizontal_laser", "use_horizontal_multi_echo_laser", "expect_horizontal_laser",
-               "expect_horizontal_multi_echo_laser"),
+    **without_effect(
+        _TOPICS, "num_laser_scans", "num_multi_echo_laser_scans", "num_subdivisions_per_laser_scan", "num_point_clouds",
+        "use_laser_scan", "use_multi_echo_laser_scan", "use_odometry", "use_odometry_data", "expect_odometry_data",
+        "use_multi_echo_laser_scan_2d", "num_lasers_3d", "use_horizontal_laser", "use_horizontal_multi_echo_laser",
+        "expect_horizontal_laser", "expect_horizontal_multi_echo_laser",
+    ),
     "laser_min_range": ParameterRule(_SLAM + "minimum_laser_range"),
     "laser_max_range": ParameterRule(_SLAM + "max_laser_range"),
     "horizontal_laser_min_range": ParameterRule(_SLAM + "minimum_laser_range"),
     "horizontal_laser_max_range": ParameterRule(_SLAM + "max_laser_range"),
-    **_without("beams without echo clear nothing; inf_is_valid of grid_slam does", "laser_missing_echo_ray_length",
-               "horizontal_laser_missing_echo_ray_length"),
-    **_without(_RATES, "trajectory_publish_period_sec", "publish_occupancy_grid", "publish_tracked_pose"),
-    **_without(_SAMPLING, "rangefinder_sampling_ratio", "odometry_sampling_ratio", "fixed_frame_pose_sampling_ratio",
-               "imu_sampling_ratio", "landmarks_sampling_ratio"),
-    **_without(_LANDMARKS, "use_nav_sat", "use_landmarks", "nav_sat_use_predefined_enu_frame"),
+    **without_effect(
+        "beams without echo clear nothing; inf_is_valid of grid_slam does", "laser_missing_echo_ray_length",
+        "horizontal_laser_missing_echo_ray_length",
+    ),
+    **without_effect(_RATES, "trajectory_publish_period_sec", "publish_occupancy_grid", "publish_tracked_pose"),
+    **without_effect(
+        _SAMPLING, "rangefinder_sampling_ratio", "odometry_sampling_ratio", "fixed_frame_pose_sampling_ratio",
+        "imu_sampling_ratio", "landmarks_sampling_ratio",
+    ),
+    **without_effect(_LANDMARKS, "use_nav_sat", "use_landmarks", "nav_sat_use_predefined_enu_frame"),
     "provide_odom_frame": ParameterRule(text="odometry names its frames itself"),
     "use_pose_extrapolator": ParameterRule(text="poses between scans follow the odometry"),
     "publish_frame_projected_to_2d": ParameterRule(text="poses are in the plane"),
@@ -73,24 +73,33 @@ TRAJECTORY_2D: ParameterRules = {
     "laser_missing_echo_ray_length": ParameterRule(
         text="beams without echo clear nothing; inf_is_valid of grid_slam does"
     ),
-    **_without(_IMU, "use_imu_data", "imu_gravity_time_constant", "pose_extrapolator", "pose_tracker"),
-    **_without("lasers are projected to the ground by their transforms", "min_z", "max_z", "laser_min_z",
-               "laser_max_z", "horizontal_laser_min_z", "horizontal_laser_max_z"),
-    **_without("the beams of each scan are used as they come", "num_accumulated_range_data", "voxel_filter_size",
-               "laser_voxel_filter_size", "horizontal_laser_voxel_filter_size", "adaptive_voxel_filter",
-               "loop_closure_adaptive_voxel_filter", "num_odometry_states", "scans_per_accumulation"),
-    **_without(_MATCHER, "use_online_correlative_scan_matching", "real_time_correlative_scan_matcher",
-               "ceres_scan_matcher"),
-    **_without(_SUBMAPS, "submaps.num_range_data", "submaps.half_length", "submaps.num_laser_fans",
-               "submaps.output_debug_images"),
-    **_without("cells are drawn by min_pass_through and occupancy_threshold", "submaps.range_data_inserter",
-               "submaps.laser_fan_inserter", "submaps.grid_options_2d.grid_type"),
+    **without_effect(_IMU, "use_imu_data", "imu_gravity_time_constant", "pose_extrapolator", "pose_tracker"),
+    **without_effect(
+        "lasers are projected to the ground by their transforms", "min_z", "max_z", "laser_min_z", "laser_max_z",
+        "horizontal_laser_min_z", "horizontal_laser_max_z",
+    ),
+    **without_effect(
+        "the beams of each scan are used as they come", "num_accumulated_range_data", "voxel_filter_size",
+        "laser_voxel_filter_size", "horizontal_laser_voxel_filter_size", "adaptive_voxel_filter",
+        "loop_closure_adaptive_voxel_filter", "num_odometry_states", "scans_per_accumulation",
+    ),
+    **without_effect(
+        _MATCHER, "use_online_correlative_scan_matching", "real_time_correlative_scan_matcher", "ceres_scan_matcher",
+    ),
+    **without_effect(
+        _SUBMAPS, "submaps.num_range_data", "submaps.half_length", "submaps.num_laser_fans",
+        "submaps.output_debug_images",
+    ),
+    **without_effect(
+        "cells are drawn by min_pass_through and occupancy_threshold", "submaps.range_data_inserter",
+        "submaps.laser_fan_inserter", "submaps.grid_options_2d.grid_type",
+    ),
 }  # fmt: skip
 """Options of the two-dimensional trajectory builder."""
 
 POSE_GRAPH: ParameterRules = {
     "constraint_builder.max_constraint_distance": ParameterRule(_SLAM + "loop_search_maximum_distance"),
-    **_without(
+    **without_effect(
         _CLOSURES,
         *(
             f"constraint_builder.{name}"
@@ -104,11 +113,14 @@ POSE_GRAPH: ParameterRules = {
             )
         ),
     ),
-    **_without(_SOLVER, "optimize_every_n_nodes", "optimize_every_n_scans", "optimization_problem",
-               "matcher_translation_weight", "matcher_rotation_weight", "max_num_final_iterations",
-               "log_residual_histograms"),
-    **_without("places are searched as the uncertainty of the pose grows", "global_sampling_ratio",
-               "global_constraint_search_after_n_seconds"),
+    **without_effect(
+        _SOLVER, "optimize_every_n_nodes", "optimize_every_n_scans", "optimization_problem",
+        "matcher_translation_weight", "matcher_rotation_weight", "max_num_final_iterations", "log_residual_histograms",
+    ),
+    **without_effect(
+        "places are searched as the uncertainty of the pose grows", "global_sampling_ratio",
+        "global_constraint_search_after_n_seconds",
+    ),
     "overlapping_submaps_trimmer_2d": ParameterRule(text="grid_slam removes key frames with mode 'lifelong'"),
 }  # fmt: skip
 """Options of the pose graph. ``optimize_every_n_nodes`` of 0 means no closures, and is translated apart."""

@@ -2,12 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
-from ppaas.imports.parameters.amcl import frame
 from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put
-from ppaas.imports.parameters.slam.conversions import at_least
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put, same, without_effect
 from ppaas.imports.parameters.slam.slam_toolbox_rules import LEAST_TRAVEL, STEP
+from ppaas.imports.parameters.values import at_least, frame
 from ppaas.imports.report import ImportReport
 from ppaas.maps.new_map import NEW
 
@@ -21,28 +20,21 @@ _GROWS = "the map grows with what the robot sees"
 _MATCHER = "scans are aligned with key frames by their lines; there is no such term"
 
 
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
-
-
 RULES: ParameterRules = {
-    **{
-        name: ParameterRule(_SLAM + name)
-        for name in (
-            "delta", "maxUrange", "temporalUpdate", "srr", "srt", "str", "stt", "map_update_interval",
-            "transform_publish_period",
-        )
-    },
-    **{name: ParameterRule(_SLAM + name, convert=frame) for name in ("odom_frame", "map_frame", "base_frame")},
+    **same(
+        _SLAM, "delta", "maxUrange", "temporalUpdate", "srr", "srt", "str", "stt", "map_update_interval",
+        "transform_publish_period",
+    ),
+    **same(_SLAM, "odom_frame", "map_frame", "base_frame", convert=frame),
     "throttle_scans": ParameterRule(_SLAM + "throttle_scans", "at least 1", at_least(1, int)),
     "linearUpdate": ParameterRule(_SLAM + "linearUpdate", STEP, at_least(LEAST_TRAVEL)),
     "angularUpdate": ParameterRule(_SLAM + "angularUpdate", STEP, at_least(LEAST_TRAVEL)),
     "occ_thresh": ParameterRule(_SLAM + "occ_thresh"),
     "tf_delay": ParameterRule(_SLAM + "transform_timeout"),
     "maxRange": ParameterRule(text="the range of the laser is that of its scans; maxUrange bounds what is used"),
-    **_without(_PARTICLES, "particles", "resampleThreshold", "seed"),
-    **_without(_GROWS, "xmin", "ymin", "xmax", "ymax"),
-    **_without(
+    **without_effect(_PARTICLES, "particles", "resampleThreshold", "seed"),
+    **without_effect(_GROWS, "xmin", "ymin", "xmax", "ymax"),
+    **without_effect(
         _MATCHER, "sigma", "kernelSize", "lstep", "astep", "iterations", "lsigma", "ogain", "lskip", "minimumScore",
         "llsamplerange", "llsamplestep", "lasamplerange", "lasamplestep",
     ),

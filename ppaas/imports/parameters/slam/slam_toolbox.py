@@ -2,16 +2,12 @@
 
 from typing import TYPE_CHECKING
 
-from ppaas.imports.parameters.known_names import (
-    apply_known,
-    is_left_open,
-    numbers,
-    report_repeated,
-    values_of_node,
-)
+from ppaas.errors import InvalidParameter
+from ppaas.imports.parameters.known_names import apply_known, is_left_open, report_repeated, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import put
 from ppaas.imports.parameters.slam.slam_toolbox_rules import LOCALIZATION_RULES, MAPPING_RULES, TOGETHER
+from ppaas.imports.parameters.values import numbers
 from ppaas.imports.report import ImportReport
 from ppaas.maps.new_map import NEW
 
@@ -106,7 +102,7 @@ def _start(part: str, given: GivenValue, *, localizes: bool, into: "Translation"
     else:
         try:
             pose = numbers(given.value, _POSE)
-        except ValueError as error:
+        except InvalidParameter as error:
             report.refused(part, str(error), given.line)
             return
         put(draft, "initial_pose", pose)

@@ -1,8 +1,7 @@
 """Rules for the parameters of slam_toolbox: of a robot that makes a map, and of one that is localized by it."""
 
-from ppaas.imports.parameters.amcl import frame
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
-from ppaas.imports.parameters.slam.conversions import at_least, within
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, same, without_effect
+from ppaas.imports.parameters.values import at_least, frame, within
 from ppaas.mapping.parameters import MAX_SCAN_BUFFER
 
 _SLAM = "parameters.grid_slam."
@@ -29,34 +28,31 @@ STEP = f"at least {LEAST_TRAVEL}: a robot that stands would add a key frame with
 FRAMES = f"at most {MAX_SCAN_BUFFER} key frames"
 
 
-def _without(reason: str, *names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(text=reason) for name in names}
-
-
-def _taken(*names: str) -> dict[str, ParameterRule]:
-    return {name: ParameterRule(_SLAM + name) for name in names}
-
-
 _NEITHER: ParameterRules = {
-    **_without(
+    **without_effect(
         _SOLVER, "solver_plugin", "ceres_linear_solver", "ceres_preconditioner", "ceres_trust_strategy",
         "ceres_dogleg_type", "ceres_loss_function",
     ),
-    **_without(
+    **without_effect(
         _MATCHER, "use_scan_barycenter", "distance_variance_penalty", "angle_variance_penalty",
         "fine_search_angle_offset", "minimum_angle_penalty", "minimum_distance_penalty", "use_response_expansion",
     ),
-    **_without(_LINKS, "link_match_minimum_response_fine", "link_scan_maximum_distance",
-               "scan_buffer_maximum_scan_distance"),
-    **_without(_SEARCH, "coarse_search_angle_offset", "coarse_angle_resolution", "loop_search_space_dimension",
-               "correlation_search_space_dimension", "correlation_search_space_resolution",
-               "correlation_search_space_smear_deviation"),
-    **_without(_TOPIC, "scan_topic", "scan_queue_size", "scan_share_topic", "laser_frame", "odom_topic"),
-    **_without(_DISK, "use_map_saver", "stack_size_to_use", "map_name"),
-    **_without(_LAUNCH, "debug_logging", "tf_buffer_duration", "use_lifecycle_manager", "restamp_tf"),
-    **_without(_COVARIANCE, "position_covariance_scale", "yaw_covariance_scale"),
-    **_without(_ONE_MODE, "sychronous", "synchronous", "online", "publish_occupancy_map",
-               "check_min_dist_and_heading_precisely"),
+    **without_effect(
+        _LINKS, "link_match_minimum_response_fine", "link_scan_maximum_distance", "scan_buffer_maximum_scan_distance",
+    ),
+    **without_effect(
+        _SEARCH, "coarse_search_angle_offset", "coarse_angle_resolution", "loop_search_space_dimension",
+        "correlation_search_space_dimension", "correlation_search_space_resolution",
+        "correlation_search_space_smear_deviation",
+    ),
+    **without_effect(_TOPIC, "scan_topic", "scan_queue_size", "scan_share_topic", "laser_frame", "odom_topic"),
+    **without_effect(_DISK, "use_map_saver", "stack_size_to_use", "map_name"),
+    **without_effect(_LAUNCH, "debug_logging", "tf_buffer_duration", "use_lifecycle_manager", "restamp_tf"),
+    **without_effect(_COVARIANCE, "position_covariance_scale", "yaw_covariance_scale"),
+    **without_effect(
+        _ONE_MODE, "sychronous", "synchronous", "online", "publish_occupancy_map",
+        "check_min_dist_and_heading_precisely",
+    ),
     "use_scan_matching": ParameterRule(text="scans are always aligned: the odometry alone makes no map"),
     "inverted_laser": ParameterRule(text="a laser that is upside down is known by its transform"),
     "enable_interactive_mode": ParameterRule(text="key frames are not moved by hand"),
@@ -76,8 +72,9 @@ _DECAYING = (
 
 MAPPING_RULES: ParameterRules = {
     **_NEITHER,
-    **_without(_DECAY, *_DECAYING),
-    **_taken(
+    **without_effect(_DECAY, *_DECAYING),
+    **same(
+        _SLAM,
         "resolution",
         "max_laser_range",
         "minimum_time_interval",
@@ -95,7 +92,7 @@ MAPPING_RULES: ParameterRules = {
         "loop_search_space_smear_deviation",
         "loop_match_minimum_response_coarse",
     ),
-    **{name: ParameterRule(_SLAM + name, convert=frame) for name in ("odom_frame", "map_frame", "base_frame")},
+    **same(_SLAM, "odom_frame", "map_frame", "base_frame", convert=frame),
     "throttle_scans": ParameterRule(_SLAM + "throttle_scans", "at least 1", at_least(1, int)),
     "minimum_travel_distance": ParameterRule(_SLAM + "minimum_travel_distance", STEP, at_least(LEAST_TRAVEL)),
     "minimum_travel_heading": ParameterRule(_SLAM + "minimum_travel_heading", STEP, at_least(LEAST_TRAVEL)),
@@ -106,13 +103,13 @@ MAPPING_RULES: ParameterRules = {
 
 LOCALIZATION_RULES: ParameterRules = {
     **_NEITHER,
-    **_without(_DECAY, *_DECAYING, "lifelong_iou_match"),
-    **_without(
+    **without_effect(_DECAY, *_DECAYING, "lifelong_iou_match"),
+    **without_effect(
         _HELD, "resolution", "map_update_interval", "min_pass_through", "occupancy_threshold", "do_loop_closing",
         "paused_new_measurements", "scan_buffer_size", "loop_search_maximum_distance", "loop_search_space_resolution",
         "loop_search_space_smear_deviation", "loop_match_minimum_response_coarse",
     ),
-    **_without(
+    **without_effect(
         "particles are weighed by all scans that come after the robot has moved", "throttle_scans",
         "minimum_time_interval", "transform_publish_period",
     ),

@@ -69,7 +69,7 @@ def test_values_that_the_clone_refuses_are_left_out_and_reported() -> None:
     [
         (b"odom_model_type: car", "none of diff, omni"),
         (b"laser_model_type: sonar", "none of likelihood_field"),
-        (b"odom_frame_id: 3", "a frame must be text"),
+        (b"odom_frame_id: 3", "it must be text"),
         (b"initial_pose_x: here", "could not convert"),
     ],
 )

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from ppaas.imports.parameters.draft import Translation
-from ppaas.imports.parameters.known_names import apply_known, nearest_name, numbers, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, nearest_name, report_repeated, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import ParameterRule
 from ppaas.imports.report import ImportReport
@@ -83,13 +83,6 @@ def test_a_name_that_occurs_twice_is_reported() -> None:
     _, values, into = of_node("amcl:\n  ros__parameters:\n    a: 1\n    a: 2\n")
     assert values == {"a": 2}
     assert "line 4" in entry_of(into, "amcl.ros__parameters.a").text
-
-
-def test_numbers_may_be_text() -> None:
-    assert numbers("[1, 2.5 3]", 3) == numbers([1, 2.5, 3], 3) == [1.0, 2.5, 3.0]
-    for wrong in ([1, 2], "x", [1, 2, True], 3.0, None):
-        with pytest.raises(ValueError):
-            numbers(wrong, 3)
 
 
 def test_suggestions_do_not_make_a_large_file_slow(monkeypatch: pytest.MonkeyPatch) -> None:

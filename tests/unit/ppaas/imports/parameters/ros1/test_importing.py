@@ -162,7 +162,7 @@ def test_programs_beside_move_base_may_be_in_the_same_file() -> None:
         ("recovery_behaviors: [{name: a, type: move_slow_and_clear/MoveSlowAndClear}]", "no recovery behaviour"),
         ("recovery_behaviors: often", "it must be a list"),
         ("footprint: [[0, 1]]", "at least three corners"),
-        ("footprint: [[0, 1, 2], [1, 1, 1], [2, 2, 2]]", "two numbers"),
+        ("footprint: [[0, 1, 2], [1, 1, 1], [2, 2, 2]]", "a list of corners"),
         ("DWAPlannerROS: {max_vel_trans: fast}", "it must be a number"),
         ("controler_frequency: 5.0\nplanner_frequency: 1.0", "did you mean 'controller_frequency'?"),
         ("base_local_planner: $(arg planner)", "filled in by a launch file"),

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.nav2 import values
+from ppaas.imports.parameters import values
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,12 @@ from ppaas.imports.parameters.nav2 import values
         (values.corners, "[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]",
          [[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]),
         (values.at_most(10.0), 20, 10.0),
+        (values.at_least(0.1), 0, 0.1),
+        (values.at_least(0.1), -1, -1.0),
+        (values.at_least(1, int), 2.5, 2),
+        (values.within(1, 10), 1e9, 10),
+        (lambda value: values.numbers(value, 3), "[1, 2.5 3]", [1.0, 2.5, 3.0]),
+        (lambda value: values.numbers(value, 3), [1, 2.5, 3], [1.0, 2.5, 3.0]),
         (values.one_of({"pkg::Name": "ours"}), "pkg/Name", "ours"),
     ],
 )  # fmt: skip
@@ -51,6 +57,8 @@ def test_values_are_converted(convert: Any, given: object, expected: object) -> 
         (values.corners, [[0.1, 0.2], [0.3, 0.2]]),
         (values.corners, 4),
         (values.one_of({"a": "b"}), "c"),
+        (values.within(1, 10), math.inf),
+        *((lambda value: values.numbers(value, 3), wrong) for wrong in ([1, 2], "x", [1, 2, True], 3.0, None)),
     ],
 )
 def test_other_values_are_refused(convert: Any, given: object) -> None:

@@ -1,4 +1,4 @@
-"""Values of Nav2's parameters, converted for robot files; what cannot be converted is refused by text."""
+"""Conversions of the values of other programs' parameters, which refuse what cannot be converted."""
 
 import math
 import re
@@ -30,9 +30,9 @@ def number(value: Any) -> float:
     if isinstance(value, str) and _NUMBER.fullmatch(value.strip()):
         value = float(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidParameter(f"must be a number, not {_shown(value)}")
+        raise InvalidParameter(f"it must be a number, not {_shown(value)}")
     if not math.isfinite(value):
-        raise InvalidParameter(f"must be finite, not {value}")
+        raise InvalidParameter(f"it must be finite, not {value}")
     return float(value)
 
 
@@ -50,7 +50,7 @@ def above_zero(value: Any) -> float:
     """Return a number above 0."""
     found = number(value)
     if found <= 0.0:
-        raise InvalidParameter(f"must be above 0, not {found:g}")
+        raise InvalidParameter(f"it must be above 0, not {found:g}")
     return found
 
 
@@ -58,7 +58,7 @@ def unless_zero(value: Any) -> float | None:
     """Return a number above 0, or None for 0, which sets no limit."""
     found = number(value)
     if found < 0.0:
-        raise InvalidParameter(f"must not be negative, not {found:g}")
+        raise InvalidParameter(f"it must not be negative, not {found:g}")
     return found or None
 
 
@@ -66,21 +66,21 @@ def whole(value: Any) -> int:
     """Return a whole number, which may be written as 20.0."""
     found = number(value)
     if found != int(found):
-        raise InvalidParameter(f"must be a whole number, not {found:g}")
+        raise InvalidParameter(f"it must be a whole number, not {found:g}")
     return int(found)
 
 
 def flag(value: Any) -> bool:
     """Return true or false."""
     if not isinstance(value, bool):
-        raise InvalidParameter(f"must be true or false, not {_shown(value)}")
+        raise InvalidParameter(f"it must be true or false, not {_shown(value)}")
     return value
 
 
 def text(value: Any) -> str:
     """Return text that no launch file replaces."""
     if not isinstance(value, str):
-        raise InvalidParameter(f"must be text, not {_shown(value)}")
+        raise InvalidParameter(f"it must be text, not {_shown(value)}")
     return value
 
 
@@ -88,7 +88,7 @@ def frame(value: Any) -> str:
     """Return the name of a frame, which is no path: a slash before it means the same in ROS 1."""
     name = text(value).strip("/")
     if not name:
-        raise InvalidParameter("must be the name of a frame")
+        raise InvalidParameter("it must be the name of a frame")
     return name
 
 
@@ -96,14 +96,22 @@ def corners(value: Any) -> list[list[float]]:
     """Return the corners of a footprint, given as a list or as text."""
     found = read_footprint(value)
     if not isinstance(found, list | tuple):
-        raise InvalidParameter(f"must be a list of corners [[x, y], …], not {_shown(value)}")
+        raise InvalidParameter(f"it must be a list of corners [[x, y], …], not {_shown(value)}")
     pairs = []
     for each in found:
         if not isinstance(each, list | tuple) or len(each) != 2:
-            raise InvalidParameter(f"must be a list of corners [[x, y], …], not {_shown(value)}")
+            raise InvalidParameter(f"it must be a list of corners [[x, y], …], not {_shown(value)}")
         pairs.append([number(each[0]), number(each[1])])
     check_corners(tuple((x, y) for x, y in pairs))
     return pairs
+
+
+def numbers(value: Any, count: int) -> list[float]:
+    """Return a list of numbers, or text such as ``[1, 2.5]``, as a list of this many numbers."""
+    given = value.strip(" []").replace(",", " ").split() if isinstance(value, str) else value
+    if not isinstance(given, list | tuple) or len(given) != count:
+        raise InvalidParameter(f"it must be a list of {count} numbers, not {_shown(value)}")
+    return [number(each) for each in given]
 
 
 _NO_TEXT: tuple[Convert, ...] = (number, magnitude, negated, above_zero, unless_zero, whole, flag)
@@ -112,6 +120,21 @@ _NO_TEXT: tuple[Convert, ...] = (number, magnitude, negated, above_zero, unless_
 def at_most(limit: float) -> Convert:
     """Return a conversion to a number that is not above a limit."""
     return lambda value: min(number(value), limit)
+
+
+def at_least(least: float, kind: type[float] | type[int] = float) -> Convert:
+    """Return a conversion that raises a number from 0 to the least one; negative ones stay, to be refused."""
+
+    def converted(value: Any) -> float:
+        found = kind(number(value))
+        return least if 0 <= found < least else found
+
+    return converted
+
+
+def within(least: int, most: int) -> Convert:
+    """Return a conversion that bounds a whole number."""
+    return lambda value: min(max(int(number(value)), least), most)
 
 
 def times(factor: float) -> Convert:
@@ -125,7 +148,7 @@ def one_of(names: dict[str, str]) -> Convert:
     def convert(value: Any) -> str:
         given = text(value).replace("/", "::")
         if given not in names:
-            raise InvalidParameter(f"must be one of {', '.join(names)}, not {_shown(value)}")
+            raise InvalidParameter(f"it must be one of {', '.join(names)}, not {_shown(value)}")
         return names[given]
 
     return convert
