@@ -1,10 +1,15 @@
 """Report of an import: what became of each part of a foreign file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from enum import Enum
 
 import msgspec
 from msgspec.structs import replace
+
+from ppaas.imports.nearest_name import LIKE, nearest_name
+
+MOST_SUGGESTIONS = 200
+"""Number of names of a file for which the nearest known one is searched: each takes up to 3 ms."""
 
 
 class ImportOutcome(Enum):
@@ -56,6 +61,7 @@ class ImportReport:
     def __init__(self, source: str) -> None:
         self.source = source
         self.entries: list[ReportEntry] = []
+        self._suggestions = MOST_SUGGESTIONS
 
     def taken(self, part: str, text: str = "", line: int = 0, *, to: str = "") -> None:
         """Add a part that was taken as it is."""
@@ -72,6 +78,11 @@ class ImportReport:
     def refused(self, part: str, reason: str, line: int = 0) -> None:
         """Add a part that could not be imported."""
         self.entries.append(ReportEntry(part, ImportOutcome.REFUSED, reason, line))
+
+    def nearest_name(self, name: str, known: Iterable[str], likeness: float = LIKE) -> str | None:
+        """Return the known name that is most like a name of the file; None for a file with very many such names."""
+        self._suggestions -= 1
+        return nearest_name(name, known, likeness) if self._suggestions >= 0 else None
 
     def withdraw(self, place: str, outcome: ImportOutcome, text: str) -> None:
         """Change the outcome of all parts whose values were at a place of the native file, or below it.

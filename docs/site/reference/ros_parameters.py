@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from docs.site.reference.markdown import code, table
+from docs.site.reference.import_rules import rule_table
 from docs.site.reference.markdown import page as joined
-from ppaas.imports.parameters.amcl import ROS1_POSE, ROS1_RULES, ROS2_POSE, ROS2_RULES
+from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.known_names import OF_ANY_NODE
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
@@ -20,8 +20,6 @@ What `ppaas robot put` does with each parameter of move_base, its costmaps, plan
 slam_toolbox, gmapping or cartographer](../from-slam-toolbox.md)). A place in the robot file means that a parameter is
 taken or translated; names without effect are in one row for each reason.
 """
-
-COLUMNS = ("parameter", "outcome", "becomes, or why not")
 
 _POSE = ParameterRule("initial_pose", "x, y [m] and yaw [rad]")
 _PLANNER = ParameterRule("base_local_planner", "see the names of plug-ins")
@@ -45,8 +43,7 @@ TABLES: Mapping[str, ParameterRules] = {
     "local_costmap": LOCAL_RULES,
     "clear_costmap_recovery": CLEARING,
     "rotate_recovery": ROTATING,
-    "amcl of ROS 1": {**ROS1_RULES, **dict.fromkeys(ROS1_POSE, _POSE)},
-    "amcl of Nav2": {**ROS2_RULES, **dict.fromkeys(ROS2_POSE, _POSE)},
+    "amcl": {**ROS1_RULES, **dict.fromkeys(ROS1_POSE, _POSE)},
     "slam_toolbox, mapping": {**_MODE, **MAPPING_RULES},
     "slam_toolbox, localization": LOCALIZATION_RULES,
     "gmapping": GMAPPING,
@@ -58,20 +55,5 @@ TABLES: Mapping[str, ParameterRules] = {
 
 def page() -> str:
     """Return the page."""
-    parts = [part for heading, rules in TABLES.items() for part in (f"## {heading}", _table(rules))]
+    parts = [part for heading, rules in TABLES.items() for part in (f"## {heading}", rule_table(rules))]
     return joined("# Parameters of ROS 1 and of mapping programs", INTRODUCTION, *parts)
-
-
-def _table(rules: ParameterRules) -> str:
-    rows = [_row(name, rule) for name, rule in rules.items() if rule.to]
-    reasons: dict[str, list[str]] = {}
-    for name, rule in rules.items():
-        if not rule.to:
-            reasons.setdefault(rule.text, []).append(name)
-    rows += [(", ".join(map(code, names)), "no effect", reason) for reason, names in reasons.items()]
-    return table(COLUMNS, rows)
-
-
-def _row(name: str, rule: ParameterRule) -> tuple[str, str, str]:
-    same = name.rpartition(".")[2] == rule.to.rpartition(".")[2] and not rule.text
-    return code(name), "taken" if same else "translated", code(rule.to) + (f": {rule.text}" if rule.text else "")

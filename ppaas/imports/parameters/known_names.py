@@ -1,14 +1,13 @@
 """Parameters of a node of another program: the ones that its rules know, and all others."""
 
-import difflib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
-from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule
+from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, ParameterFile
+from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, without_effect
 from ppaas.imports.parameters.values import is_substitution
 from ppaas.imports.report import ImportOutcome, ImportReport
 
@@ -16,37 +15,32 @@ if TYPE_CHECKING:
     from ppaas.imports.parameters.draft import Translation
 
 OF_ANY_NODE: ParameterRules = {
-    "use_sim_time": ParameterRule(text="the cloud takes the time of the messages"),
-    "qos_overrides": ParameterRule(text="clients of the cloud have no quality of service"),
-    "autostart": ParameterRule(text="the nodes of a clone start when the robot connects"),
-    "bond_timeout": ParameterRule(text="the cloud watches its containers itself"),
-    "bond_heartbeat_period": ParameterRule(text="the cloud watches its containers itself"),
-    "introspection_mode": ParameterRule(text="services are not recorded one by one; see the recorder"),
-    "service_introspection_mode": ParameterRule(text="services are not recorded one by one; see the recorder"),
-    "allow_parameter_qos_overrides": ParameterRule(text="clients of the cloud have no quality of service"),
+    **without_effect("the cloud takes the time of the messages", "use_sim_time"),
+    **without_effect(
+        "clients of the cloud have no quality of service", "qos_overrides", "allow_parameter_qos_overrides"
+    ),
+    **without_effect(
+        "the cloud starts and watches its nodes, and has services and threads of another kind",
+        "autostart autostart_node bond_timeout bond_heartbeat_period attempt_respawn_reconnection lifecycle_node "
+        "introspection_mode service_introspection_mode action_server_result_timeout start_type_description_service "
+        "enable_stamped_cmd_vel use_realtime_priority use_composition use_intra_process_comms diagnostic_updater",
+    ),
 }
 """Parameters that every node of ROS has, or that manage its life."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?\d+")
 
-_LIKE = 0.6
-"""Smallest likeness of a name that is suggested in place of an unknown one, from 0 to 1."""
 
-_MOST_SUGGESTIONS = 300
-"""Number of parts of a file from which on no names are suggested: each takes about 3 ms."""
-
-
-def nearest_name(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like a name, without regard to upper case; None if none is like it."""
-    by_lower = {each.lower(): each for each in known}
-    found = difflib.get_close_matches(name.lower(), by_lower, 1, _LIKE)
-    return by_lower[found[0]] if found else None
+def rule_of_any_node(name: str) -> ParameterRule | None:
+    """Return the rule of a parameter that every node has, or of the section that it is in; None for others."""
+    return OF_ANY_NODE.get(name) or OF_ANY_NODE.get(name.partition(".")[0])
 
 
 def refuse_unknown(part: str, name: str, known: Iterable[str], line: int, report: ImportReport) -> None:
     """Report a parameter that no rule knows, with the known name that is most like its name."""
-    near = nearest_name(name, known) if len(report.entries) < _MOST_SUGGESTIONS else None
-    report.refused(part, "unknown parameter" + (f"; did you mean {near!r}?" if near else ""), line)
+    near = report.nearest_name(name, known)
+    hint = f"did you mean {near!r}?" if near else "look it up in the tables of parameters, and leave it out"
+    report.refused(part, f"unknown parameter; {hint}", line)
 
 
 def as_ros_reads(given: GivenValue) -> GivenValue:
@@ -100,7 +94,7 @@ def apply_known(rules: ParameterRules, given: Mapping[str, GivenValue], node: st
     known = {**OF_ANY_NODE, **rules}
     for name, value in given.items():
         part = f"{node}.{name}" if node else name
-        rule = known.get(name) or OF_ANY_NODE.get(name.partition(".")[0])
+        rule = rules.get(name) or rule_of_any_node(name)
         if rule is None:
             refuse_unknown(part, name, known, value.line, report)
         elif not rule.to or not is_left_open(part, value, report):
@@ -109,8 +103,9 @@ def apply_known(rules: ParameterRules, given: Mapping[str, GivenValue], node: st
 
 def report_repeated(file: ParameterFile, report: ImportReport) -> None:
     """Report the names that occur twice in one mapping of a file."""
-    for name, line in file.repeated:
-        report.without_effect(name, f"it occurs again in line {line}, which counts")
+    for path, line in file.repeated:
+        part = ".".join(each for each in path.split(".") if each != ROS2_KEY)
+        report.without_effect(part, "given before, too: that value has no effect, this one counts", line)
 
 
 def values_of_node(

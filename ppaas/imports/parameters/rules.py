@@ -41,9 +41,9 @@ def same(place: str, *names: str, convert: Convert | None = None) -> dict[str, P
     return {name: ParameterRule(place + name, convert=convert) for name in names}
 
 
-def renamed(place: str, **names: str) -> dict[str, ParameterRule]:
+def renamed(place: str, *, convert: Convert | None = None, **names: str) -> dict[str, ParameterRule]:
     """Return rules of parameters that have the given names below a place, which ends with a dot."""
-    return {name: ParameterRule(place + own) for name, own in names.items()}
+    return {name: ParameterRule(place + own, convert=convert) for name, own in names.items()}
 
 
 def without_effect(reason: str, *names: str) -> dict[str, ParameterRule]:

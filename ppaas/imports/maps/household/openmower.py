@@ -7,7 +7,6 @@ Sources: ``mower_map_service.cpp`` of ClemensElflein/open_mower_ros, the message
 jkaflik/OpenMowerNext.
 """
 
-import difflib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -222,8 +221,8 @@ def _is_used(area: _Area, report: ImportReport) -> bool:
     elif area.kind == "draft":
         report.without_effect(area.part, "it is a draft; give it a type in OpenMower")
     elif area.kind not in known:
-        near = difflib.get_close_matches(area.kind, known, 1)
-        report.refused(area.part, f"unknown type {area.kind!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+        near = report.nearest_name(area.kind, known)
+        report.refused(area.part, f"unknown type {area.kind!r}" + (f"; did you mean {near!r}?" if near else ""))
     elif area.ring is None:
         report.refused(area.part, f"its outline needs three points or more with x and y up to {FARTHEST:g} m")
     else:

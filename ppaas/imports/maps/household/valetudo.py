@@ -6,7 +6,6 @@ lower-left corner of that space becomes the origin of the map, so that a later m
 Source: ``ValetudoMap.js``, ``MapLayer.js`` and the map entities of Hypfer/Valetudo.
 """
 
-import difflib
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -208,8 +207,8 @@ def _entities(entities: Any, top: float, zones: KeepOutZones, report: ImportRepo
         if kind in UNUSED:
             report.without_effect(part, UNUSED[str(kind)])
         elif kind not in _USED:
-            near = difflib.get_close_matches(str(kind), (*UNUSED, *_USED), 1)
-            report.refused(part, "unknown entity" + (f"; did you mean {near[0]!r}?" if near else ""))
+            near = report.nearest_name(str(kind), (*UNUSED, *_USED))
+            report.refused(part, "unknown entity" + (f"; did you mean {near!r}?" if near else ""))
         elif points is None:
             report.refused(part, "its 'points' are not a list of numbers, two for each")
         elif kind == "no_go_area":

@@ -1,8 +1,9 @@
 """All nodes of Nav2 that are known, by name, and the parameters that are no rules of a table."""
 
+from ppaas.imports.parameters.amcl_rules import NAV2_RULES
+from ppaas.imports.parameters.known_names import rule_of_any_node
 from ppaas.imports.parameters.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
-from ppaas.imports.parameters.nav2.localization import AMCL
-from ppaas.imports.parameters.nav2.other_nodes import FILTER_INFO, FILTER_INFO_SERVERS, GENERAL, OTHER_NODES
+from ppaas.imports.parameters.nav2.other_nodes import FILTER_INFO, FILTER_INFO_SERVERS, OTHER_NODES
 from ppaas.imports.parameters.nav2.servers import (
     BEHAVIOR_SERVER,
     BT_NAVIGATOR,
@@ -45,8 +46,8 @@ SMOOTHED = {
 _SMOOTHER = NodeTable(VELOCITY_SMOOTHER.node, {**VELOCITY_SMOOTHER.rules, **SMOOTHED})
 
 NODES = (
-    AMCL, BT_NAVIGATOR, CONTROLLER_SERVER, PLANNER_SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, BEHAVIOR_SERVER, _SMOOTHER,
-    WAYPOINT_FOLLOWER, _FILTER_INFO_NODE, *OTHER_NODES,
+    NodeTable("amcl", NAV2_RULES), BT_NAVIGATOR, CONTROLLER_SERVER, PLANNER_SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP,
+    BEHAVIOR_SERVER, _SMOOTHER, WAYPOINT_FOLLOWER, _FILTER_INFO_NODE, *OTHER_NODES,
 )  # fmt: skip
 """In the order in which they are applied: the smoother's limits come after the controller's."""
 
@@ -67,11 +68,4 @@ INNER = ("_rclcpp_node", "_client")
 
 def rule_of(table: NodeTable, name: str) -> ParameterRule | None:
     """Return the rule of a parameter of a node, or of all nodes; None if it is unknown."""
-    if name in table.rules:
-        return table.rules[name]
-    return general_rule(name)
-
-
-def general_rule(name: str) -> ParameterRule | None:
-    """Return the rule of a parameter that all nodes have."""
-    return GENERAL["use_sim_time"] if name.startswith("qos_overrides.") else GENERAL.get(name)
+    return table.rules.get(name) or rule_of_any_node(name)

@@ -1,24 +1,21 @@
 """Import of a parameter file of Nav2: Humble, Iron, Jazzy, Kilted, Lyrical and Rolling."""
 
-import difflib
 import sys
 from collections.abc import Iterable
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.draft import Draft
+from ppaas.imports.parameters.known_names import refuse_unknown, report_repeated
 from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, rule_of
 from ppaas.imports.parameters.nav2.limits import START, add_start, fit_limits, smoothed
 from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, chosen_namespace, named, spread
 from ppaas.imports.parameters.nav2.recoveries import add_recoveries
 from ppaas.imports.parameters.nav2.sections import PRIMARY, PluginSection, known_in, rule_in, section_of, sections_of
 from ppaas.imports.parameters.nav2.tables import NodeTable, known_names
-from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
+from ppaas.imports.parameters.nav2.writer import SURE, DraftWriter, Parts
 from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, read_parameter_file
 from ppaas.imports.parameters.values import is_substitution, names_of
 from ppaas.imports.report import ImportReport
-
-MOST_SUGGESTIONS = 200
-"""Number of unknown names for which the nearest known one is searched: each takes up to a millisecond."""
 
 
 def import_nav2(
@@ -47,19 +44,34 @@ def import_nav2(
         raise InvalidParameter(f"{name} has no {ROS2_KEY}, which each node has in parameter files of ROS 2")
     report = ImportReport(name)
     importer = _Importer(DraftWriter(report))
-    for path, line in file.repeated:
-        part = ".".join(each for each in path.split(".") if each != ROS2_KEY)
-        report.without_effect(part, "given before, too: that value has no effect, this one counts", line)
+    report_repeated(file, report)
     importer.add_nodes({named(path): values for path, values in file.nodes.items()}, namespace)
     importer.finish(tree)
     return importer.writer.draft, report
+
+
+def import_node(node: str, path: str, values: Values, report: ImportReport) -> Draft:
+    """Translate the parameters of one node of Nav2 into a draft of a robot file, whatever its name in the file.
+
+    Parameters
+    ----------
+    node : str
+        Name of the node in Nav2.
+    path : str
+        Its name in the file.
+    values : dict
+    report : ImportReport
+    """
+    importer = _Importer(DraftWriter(report))
+    importer.add_node(BY_NAME[node], named(path).path, values)
+    importer.finish(None)
+    return importer.writer.draft
 
 
 class _Importer:
     def __init__(self, writer: DraftWriter) -> None:
         self.writer = writer
         self._report = writer.report
-        self._suggestions = MOST_SUGGESTIONS
         self._behaviors: list[PluginSection] | None = None
         self._smoother: Parts = {}
         self._start: Parts = {}
@@ -79,7 +91,7 @@ class _Importer:
         for table in NODES:
             for node in of_robot:
                 if BY_NAME.get(node.name) is table:
-                    self._add_node(table, node.path, nodes[node])
+                    self.add_node(table, node.path, nodes[node])
         for node in of_robot:
             if node.name not in WILDCARDS and node.name not in BY_NAME:
                 self._add_unknown(node)
@@ -94,17 +106,18 @@ class _Importer:
         by_node, unknown = spread(values)
         for table in NODES:
             if table.node in by_node:
-                self._add_node(table, node.path, by_node[table.node])
+                self.add_node(table, node.path, by_node[table.node])
         names = [known for table in NODES for known in known_names(table)]
         for name in unknown:
-            near = self._nearest(name, names)
+            near = self._report.nearest_name(name, names, SURE)
             if near:
-                self._report.refused(f"{node.path}.{name}", f"unknown: did you mean {near}?", values[name].line)
+                text = f"unknown parameter; did you mean {near!r}?"
+                self._report.refused(f"{node.path}.{name}", text, values[name].line)
             else:
                 self._report.without_effect(f"{node.path}.{name}", "no node of Nav2 has it", values[name].line)
 
     def _add_unknown(self, node: NamedNode) -> None:
-        near = self._nearest(node.name, BY_NAME)
+        near = self._report.nearest_name(node.name, BY_NAME, SURE)
         if node.name.endswith(INNER):
             self._report.without_effect(node.path, "a node within another one, which the clone does not have")
         elif node.name in FOREIGN:
@@ -114,15 +127,9 @@ class _Importer:
         else:
             self._report.without_effect(node.path, "no node of Nav2 that is known")
 
-    def _nearest(self, name: str, names: Iterable[str]) -> str:
-        if self._suggestions <= 0:
-            return ""
-        self._suggestions -= 1
-        return next(iter(difflib.get_close_matches(name, list(names), 1, 0.8)), "")
-
     # -- parameters of a node ------------------------------------------------------------------------------------------
 
-    def _add_node(self, table: NodeTable, path: str, values: Values) -> None:
+    def add_node(self, table: NodeTable, path: str, values: Values) -> None:
         sections = sections_of(table, values)
         lists = {key for group in table.groups for key in group.lists}
         if table.node == "behavior_server":
@@ -161,12 +168,7 @@ class _Importer:
         elif "." in name and (f"{first}.plugin" in values or first in defaults):
             self._report.without_effect(part, f"no list of the node names the section {first}", given.line)
         else:
-            self._refuse(part, name, [*known_names(table), *defaults], given)
-
-    def _refuse(self, part: str, name: str, names: Iterable[str], given: GivenValue) -> None:
-        near = self._nearest(name, names)
-        hint = f"did you mean {near}?" if near else "look it up in the table of names, and leave it out"
-        self._report.refused(part, f"unknown: {hint}", given.line)
+            refuse_unknown(part, name, [*known_names(table), *defaults], given.line, self._report)
 
     def _has_no_speeds(self, table: NodeTable, values: Values, part: str, name: str, given: GivenValue) -> bool:
         """Report a parameter of a server of filter infos whose filter has no speeds."""
@@ -191,7 +193,7 @@ class _Importer:
         else:
             rule = rule_in(section, name)
             if rule is None:
-                self._refuse(part, name, known_in(section), given)
+                refuse_unknown(part, name, known_in(section), given.line, self._report)
             else:
                 self.writer.apply(rule, part, given)
 

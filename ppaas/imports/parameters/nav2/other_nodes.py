@@ -15,15 +15,6 @@ SIMULATES = "ppaas simulate simulates robots"
 SHAPES = "draw the shapes as zones of the map"
 COVERAGE = "paths of coverage are waypoints: send them to the waypoint follower"
 
-GENERAL = without_effect(
-    "the cloud starts its nodes, and has its own clock, services and threads",
-    "use_sim_time bond_heartbeat_period bond_timeout introspection_mode service_introspection_mode "
-    "action_server_result_timeout enable_stamped_cmd_vel allow_parameter_qos_overrides "
-    "start_type_description_service autostart_node use_realtime_priority lifecycle_node use_composition "
-    "use_intra_process_comms attempt_respawn_reconnection diagnostic_updater.period diagnostic_updater.use_fqn",
-)
-"""Parameters that nodes of ROS 2 and of Nav2 have in common."""
-
 _MAP_SERVER = without_effect(PUBLISH, "yaml_filename topic_name frame_id save_map_timeout")
 
 _ZONE = PluginTable(

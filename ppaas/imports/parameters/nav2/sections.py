@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import msgspec
 
-from ppaas.imports.parameters.nav2.catalogue import general_rule
+from ppaas.imports.parameters.known_names import rule_of_any_node
 from ppaas.imports.parameters.nav2.pursuit import OF_SHIM, SHIM
 from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, spelled
 from ppaas.imports.parameters.ros_yaml import GivenValue
@@ -118,7 +118,7 @@ def rule_in(section: PluginSection, name: str) -> ParameterRule | None:
             if own is not None:
                 return own
         name = inner
-    return table.rules.get(name) or general_rule(name) or _below(section, table, name)
+    return table.rules.get(name) or rule_of_any_node(name) or _below(section, table, name)
 
 
 def _below(section: PluginSection, table: PluginTable, name: str) -> ParameterRule | None:

@@ -1,6 +1,5 @@
 """Draft of a robot file while a file of Nav2 is read: each place has one value, and the report says whose."""
 
-import difflib
 from typing import Any
 
 from msgspec.structs import replace
@@ -16,6 +15,9 @@ from ppaas.navigation.parameters import MoveBaseParameters
 
 Parts = dict[str, tuple[str, GivenValue]]
 """Parameters that are read together: part of the report and value, by name."""
+
+SURE = 0.8
+"""Likeness from which on an unknown node or plug-in is taken for a misspelt one, and not for one of another program."""
 
 _OF_CONTROLLER = f"parameters.{CONTROLLER}."
 
@@ -118,8 +120,8 @@ class DraftWriter:
         named = section.plugin or str(given.value)
         what = f"{PRIMARY} {named!r}" if section.shim else repr(named)
         names = [table.plugin for table in section.group.tables]
-        near = difflib.get_close_matches(named, names, 1, 0.8)
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(names)}"
+        near = self.report.nearest_name(named, names, SURE)
+        hint = f"did you mean {near}?" if near else f"known: {', '.join(names)}"
         drives = "controller_plugins" in section.group.lists or "planner_plugins" in section.group.lists
         if near or drives:
             default = "; the robot has the default one" if drives else ""

@@ -10,7 +10,6 @@ from ppaas.imports.parameters.known_names import (
     apply_known,
     apply_once,
     is_left_open,
-    nearest_name,
     refuse_unknown,
     report_repeated,
 )
@@ -29,6 +28,7 @@ from ppaas.imports.parameters.ros1.sections import (
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put
 from ppaas.imports.parameters.slam.gmapping import apply_gmapping
+from ppaas.imports.parameters.values import number
 from ppaas.imports.report import ImportOutcome, ImportReport
 from ppaas.navigation.parameters import AGGRESSIVE, CONSERVATIVE, ROTATE
 from ppaas.recoveries.registry import RECOVERIES
@@ -122,7 +122,7 @@ class _Robot:
         elif name in ("NavfnROS", "GlobalPlanner"):
             self._global_planner(section, into)
         elif name == AMCL:
-            apply_amcl(section.values, section.node, into, is_ros2=False)
+            apply_amcl(section.values, section.node, into)
         elif SLAM in name:
             apply_gmapping(section.values, section.node, into, self._new_map)
         elif name in self._behaviors:
@@ -162,7 +162,7 @@ class _Robot:
             put(draft, LOCAL_PLANNER, own)
             report.translated(part, f"{LOCAL_PLANNER} = {own!r}", given.line, to=LOCAL_PLANNER)
             return
-        near = nearest_name(_last(name), LOCAL_PLANNERS)
+        near = report.nearest_name(_last(name), LOCAL_PLANNERS)
         known = f"did you mean {near!r}?" if near else f"known: {', '.join(LOCAL_PLANNERS)}"
         report.refused(part, f"there is no local planner {name!r}; {known}", given.line)
 
@@ -240,14 +240,17 @@ def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> N
     draft, report = into
     place = f"parameters.{own}.max_vel_x"
     forward = draft.get("parameters", {}).get(own, {}).get("max_vel_x")
-    if not isinstance(given.value, int | float) or isinstance(given.value, bool):
-        report.refused(part, f"it must be a number, not {given.value!r}", given.line)
-    elif given.value == 0 or (isinstance(forward, int | float) and forward <= given.value):
+    try:
+        speed = number(given.value)
+    except InvalidParameter as error:
+        report.refused(part, str(error), given.line)
+        return
+    if speed == 0.0 or (isinstance(forward, int | float) and forward <= speed):
         report.without_effect(part, "max_vel_x is the top speed, and no higher", given.line)
     else:
         report.withdraw(place, ImportOutcome.NO_EFFECT, f"{part} is lower, and bounds it")
-        put(draft, place, given.value)
-        report.translated(part, f"{place} = {given.value!r}", given.line, to=place)
+        put(draft, place, speed)
+        report.translated(part, f"{place} = {speed!r}", given.line, to=place)
 
 
 def _costmap(rules: ParameterRules, section: Section, into: "Translation") -> None:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.known_names import nearest_name
+from ppaas.imports.nearest_name import nearest_name
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, same, without_effect
 from ppaas.planners.registry import PLANNERS
 from ppaas.recoveries.registry import RECOVERIES

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import msgspec
 
-from ppaas.imports.parameters.amcl import ROS1_POSE, ROS1_RULES
+from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
 from ppaas.imports.parameters.ros1.move_base_rules import MOVE_BASE

@@ -27,7 +27,9 @@ amcl:
     max_beams: 40
     pf_err: 0.04
     z_hit: 0.6
+    set_initial_pose: true
     initial_pose: {x: 2.5, y: 0.0, z: 0.0, yaw: 0.5}
+    random_seed: 7
     laser_model_type: likelihood_field_prob
 """
 
@@ -49,10 +51,16 @@ def test_files_of_nav2_are_renamed() -> None:
     into = imported(NAV2)
     assert into[0]["parameters"]["amcl"] == {
         "odom_model_type": "omni-corrected", "odom_alpha1": 0.15, "laser_max_beams": 40, "kld_err": 0.04,
-        "laser_z_hit": 0.6, "laser_model_type": "likelihood_field_prob",
+        "laser_z_hit": 0.6, "laser_model_type": "likelihood_field_prob", "seed": 7,
     }  # fmt: skip
     assert into[0]["initial_pose"] == [2.5, 0.0, 0.5]
     assert outcomes(into)["amcl.initial_pose.z"] == "no effect"
+
+
+def test_a_node_of_nav2_may_have_another_name_and_starts_where_it_was_unless_the_file_says_so() -> None:
+    into = imported(b"locator:\n  ros__parameters:\n    initial_pose: {x: 2.5}\n    alpha1: 0.3\n")
+    assert into[0] == {"parameters": {"amcl": {"odom_alpha1": 0.3}}}
+    assert outcomes(into) == {"locator.initial_pose.x": "no effect", "locator.alpha1": "translated"}
 
 
 def test_values_that_the_clone_refuses_are_left_out_and_reported() -> None:
@@ -60,17 +68,17 @@ def test_values_that_the_clone_refuses_are_left_out_and_reported() -> None:
     file = robot_file([into], {"map": "office"}, refusal)
     assert refusal(file) is None
     assert "min_particles must be from 1 to max_particles" in entry_of(into, "amcl.max_particles").text
-    assert entry_of(into, "amcl.laser_sigma_hit").text == "a number must be finite, not inf"
+    assert entry_of(into, "amcl.laser_sigma_hit").text == "it must be finite, not inf"
     assert file["parameters"]["amcl"]["kld_z"] == 0.98
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (b"odom_model_type: car", "none of diff, omni"),
-        (b"laser_model_type: sonar", "none of likelihood_field"),
+        (b"odom_model_type: car", "one of diff, omni"),
+        (b"laser_model_type: sonar", "one of likelihood_field"),
         (b"odom_frame_id: 3", "it must be text"),
-        (b"initial_pose_x: here", "could not convert"),
+        (b"initial_pose_x: here", "it must be a number"),
     ],
 )
 def test_values_that_mean_nothing_are_refused(line: bytes, words: str) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from ppaas.imports.parameters.draft import Translation
-from ppaas.imports.parameters.known_names import apply_known, nearest_name, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import ParameterRule
 from ppaas.imports.report import ImportReport
@@ -36,8 +36,10 @@ def of_node(text: str) -> tuple[str, dict[str, object], Translation]:
 def test_an_unknown_name_is_refused_with_the_nearest_one() -> None:
     into = applied({"max_vel_X": 1.0, "nothing_like_it": 2})
     assert into[0] == {}
-    assert refused(into) == ["unknown parameter; did you mean 'max_vel_x'?", "unknown parameter"]
-    assert nearest_name("Debg", RULES) == "debug"
+    assert refused(into) == [
+        "unknown parameter; did you mean 'max_vel_x'?",
+        "unknown parameter; look it up in the tables of parameters, and leave it out",
+    ]
 
 
 def test_names_that_every_node_has_are_known() -> None:
@@ -82,11 +84,12 @@ def test_parameters_outside_any_node_are_those_of_the_program() -> None:
 def test_a_name_that_occurs_twice_is_reported() -> None:
     _, values, into = of_node("amcl:\n  ros__parameters:\n    a: 1\n    a: 2\n")
     assert values == {"a": 2}
-    assert "line 4" in entry_of(into, "amcl.ros__parameters.a").text
+    twice = entry_of(into, "amcl.a")
+    assert (twice.text, twice.line) == ("given before, too: that value has no effect, this one counts", 4)
 
 
 def test_suggestions_do_not_make_a_large_file_slow(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
-    monkeypatch.setattr("ppaas.imports.parameters.known_names.nearest_name", lambda name, _: asked.append(name) or None)
+    monkeypatch.setattr("ppaas.imports.report.nearest_name", lambda name, *_: asked.append(name) or None)
     applied({f"unknown_{number}": number for number in range(2000)})
     assert 0 < len(asked) < 500

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 import pytest
 import yaml
 
-from ppaas.imports.parameters.amcl import ROS1_POSE, ROS1_RULES, ROS2_POSE, ROS2_RULES, import_amcl
+from ppaas.imports.parameters.amcl import import_amcl
+from ppaas.imports.parameters.amcl_rules import NAV2_RULES, ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.clone_check import refusal
 from ppaas.imports.parameters.draft import Translation, robot_file
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
@@ -30,7 +31,7 @@ SECTIONS: Mapping[str, tuple[Importer, str, list[str]]] = {
     "slam_toolbox": (import_slam_toolbox, "slam_toolbox.ros__parameters", [*MAPPING_RULES, *TOGETHER]),
     "gmapping": (import_gmapping, "slam_gmapping", [*GMAPPING]),
     "amcl": (import_amcl, "amcl", [*ROS1_RULES, *ROS1_POSE]),
-    "amcl of Nav2": (import_amcl, "amcl.ros__parameters", [*ROS2_RULES, *ROS2_POSE]),
+    "amcl of Nav2": (import_amcl, "amcl.ros__parameters", [*NAV2_RULES]),
     "move_base": (import_ros1, "move_base", ["base_local_planner", *MOVE_BASE, *COMMON_RULES]),
     "trajectory": (import_ros1, "TrajectoryPlannerROS", [*TRAJECTORY]),
     "dwa": (import_ros1, "DWAPlannerROS", [*DYNAMIC_WINDOW, *TOP_SPEEDS]),

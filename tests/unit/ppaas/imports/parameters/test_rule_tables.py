@@ -11,7 +11,7 @@ from ppaas.clone.surroundings import LocalCostmapParameters
 from ppaas.controllers.dwa import DwaParameters
 from ppaas.controllers.mppi_parameters import MppiParameters
 from ppaas.costmap.global_parameters import GlobalCostmapParameters, StaticLayerParameters
-from ppaas.imports.parameters.amcl import ROS1_POSE, ROS1_RULES, ROS2_POSE, ROS2_RULES
+from ppaas.imports.parameters.amcl_rules import NAV2_RULES, ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
 from ppaas.imports.parameters.ros1.move_base_rules import CLEARING, GLOBAL_PLANNER, MOVE_BASE, NAVFN, ROTATING
@@ -33,7 +33,7 @@ KNOWN: Mapping[str, list[set[str]]] = {
     "slam_toolbox": [{*MAPPING_RULES, *TOGETHER}, {*LOCALIZATION_RULES, *TOGETHER}],
     "gmapping": [set(GMAPPING)],
     "amcl": [{*ROS1_RULES, *ROS1_POSE}],
-    "amcl_nav2": [{*ROS2_RULES, *ROS2_POSE}],
+    "amcl_nav2": [set(NAV2_RULES)],
     "move_base": [{*MOVE_BASE, "base_local_planner"}],
     "DWAPlannerROS": [{*DYNAMIC_WINDOW, *TOP_SPEEDS}],
     "TrajectoryPlannerROS": [set(TRAJECTORY)],
@@ -46,7 +46,7 @@ KNOWN: Mapping[str, list[set[str]]] = {
 
 TABLES: dict[str, ParameterRules] = {
     "slam_toolbox, mapping": MAPPING_RULES, "slam_toolbox, localization": LOCALIZATION_RULES, "gmapping": GMAPPING,
-    "amcl of ROS 1": ROS1_RULES, "amcl of Nav2": ROS2_RULES, "move_base": MOVE_BASE, "dwa": DYNAMIC_WINDOW,
+    "amcl of ROS 1": ROS1_RULES, "amcl of Nav2": NAV2_RULES, "move_base": MOVE_BASE, "dwa": DYNAMIC_WINDOW,
     "trajectory": TRAJECTORY, "teb": ELASTIC_BAND, "navfn": NAVFN, "global_planner": GLOBAL_PLANNER,
     "global costmap": GLOBAL_RULES, "local costmap": LOCAL_RULES, **CARTOGRAPHER,
 }  # fmt: skip

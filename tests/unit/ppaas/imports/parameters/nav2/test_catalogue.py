@@ -53,7 +53,7 @@ def file_with(source: dict[str, Any]) -> tuple[str, set[str]]:
 def test_all_documented_names_are_known(source: dict[str, Any]) -> None:
     text, parts = file_with(source)
     _, report = import_nav2(text.encode(), "nav2.yaml")
-    unknown = [entry.part for entry in report.entries if entry.text.startswith("unknown:")]
+    unknown = [entry.part for entry in report.entries if entry.text.startswith("unknown parameter")]
     assert unknown == []
     assert parts <= {entry.part for entry in report.entries}
     idle = [e.part for e in report.of(ImportOutcome.NO_EFFECT) if "no list of the node names" in e.text]

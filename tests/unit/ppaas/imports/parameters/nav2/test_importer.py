@@ -85,7 +85,9 @@ def test_an_unknown_controller_is_refused_and_its_parameters_have_no_effect() ->
 
 def test_a_typo_gets_the_nearest_name() -> None:
     _, report = imported(controller('plugin: "dwb_core::DWBLocalPlanner"', "max_val_x: 0.4", "BaseObstacle.scle: 1.0"))
-    assert entry(report, "controller_server.FollowPath.max_val_x").text == "unknown: did you mean max_vel_x?"
+    assert (
+        entry(report, "controller_server.FollowPath.max_val_x").text == "unknown parameter; did you mean 'max_vel_x'?"
+    )
     assert "BaseObstacle.scale" in entry(report, "controller_server.FollowPath.BaseObstacle.scle").text
 
 
