@@ -8,6 +8,9 @@ from ppaas.errors import InvalidParameter
 from ppaas.footprints import check_corners, read_footprint
 from ppaas.imports.parameters.rules import Convert
 
+FINEST_OF_MPPI = 0.05
+"""Smallest ``xy_goal_tolerance`` within which ``mppi`` comes to rest [m]."""
+
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _SUBSTITUTION = re.compile(r"\$\(|\$\{|<\w+>")
 _PLACEHOLDER = re.compile(r"[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+")

@@ -5,7 +5,7 @@ from typing import Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.nav2.writer import DraftWriter, Parts
-from ppaas.imports.parameters.values import flag, number
+from ppaas.imports.parameters.values import FINEST_OF_MPPI, flag, number
 
 _Limit = tuple[int, str, Callable[[float, float], float]]
 
@@ -19,9 +19,6 @@ LIMITS: dict[str, tuple[_Limit, ...]] = {
 
 SLOWEST, SLOWEST_TURN = 0.05, 0.2
 """Defaults of ``min_vel_trans`` [m/s] and ``min_vel_theta`` [rad/s] of local planners."""
-
-FINEST_OF_MPPI = 0.05
-"""Smallest ``xy_goal_tolerance`` within which ``mppi`` comes to rest [m]."""
 
 TURN_TO_PATH = 1.8
 """Default of ``rotate_to_heading_angular_vel`` [rad/s]."""

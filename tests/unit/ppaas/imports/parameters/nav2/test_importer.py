@@ -83,6 +83,16 @@ def test_an_unknown_controller_is_refused_and_its_parameters_have_no_effect() ->
     assert entry(report, "controller_server.FollowPath.max_vel_x").outcome is ImportOutcome.NO_EFFECT
 
 
+def test_a_distance_from_the_point_of_an_elastic_band_is_none_from_the_outline() -> None:
+    band = 'plugin: "teb_local_planner::TebLocalPlannerROS"'
+    draft, report = imported(
+        controller(band, "max_vel_x: 0.4", "min_obstacle_dist: 0.5", "footprint_model.type: point")
+    )
+    assert draft["parameters"]["mppi"]["max_vel_x"] == 0.4
+    assert "critical_distance" not in draft["parameters"]["mppi"]
+    assert entry(report, "controller_server.FollowPath.footprint_model.type").outcome is ImportOutcome.NO_EFFECT
+
+
 def test_a_typo_gets_the_nearest_name() -> None:
     _, report = imported(controller('plugin: "dwb_core::DWBLocalPlanner"', "max_val_x: 0.4", "BaseObstacle.scle: 1.0"))
     assert (
