@@ -67,7 +67,7 @@ def _given(arguments: argparse.Namespace) -> bool:
 
 
 def _imported(arguments: argparse.Namespace) -> dict[str, Any]:
-    from ppaas.imports.parameters.clone_check import refusal  # noqa: PLC0415 - loads the nodes of a clone
+    from ppaas.imports.parameters.clone_check import refusal  # noqa: PLC0415 - needs the extra imports
     from ppaas.imports.parameters.draft import robot_file  # noqa: PLC0415 - as above
     from robots.cli.import_report import print_report  # noqa: PLC0415 - as above
 
