@@ -87,8 +87,8 @@ def _imported(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _translations(arguments: argparse.Namespace) -> "Iterator[Translation]":
     """Return the translations of all files, in the order of the options of `_OPTIONS`."""
-    from ppaas.imports.parameters.amcl import import_amcl  # noqa: PLC0415 - needs the extra imports
     from ppaas.imports.parameters.nav2.importer import import_nav2  # noqa: PLC0415 - as above
+    from ppaas.imports.parameters.ros1.amcl import import_amcl  # noqa: PLC0415 - needs the extra imports
     from ppaas.imports.parameters.ros1.importing import import_ros1_files  # noqa: PLC0415 - as above
     from ppaas.imports.parameters.slam.cartographer import import_cartographer  # noqa: PLC0415 - as above
     from ppaas.imports.parameters.slam.gmapping import import_gmapping  # noqa: PLC0415 - as above

@@ -1,6 +1,5 @@
 """Centre lines of drawings in DXF, by ezdxf: lines, polylines, arcs and splines of some layers, as lanes."""
 
-import io
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -9,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.distribution import install_hint
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput
 from ppaas.fleet.lane_drawing import DrawnLane, network_of
+from ppaas.imports.drawing_file import UNITS, read_drawing, unit_code
 from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph, RouteGraph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.zone import MOST_ON_LANES
@@ -47,7 +46,9 @@ def read_dxf(content: bytes, report: ImportReport, options: GraphOptions) -> Rea
     Unavailable
         ezdxf is not installed.
     """
-    document = _document(content, report)
+    document, faults = read_drawing(content, report.source, "graphs")
+    if faults:
+        report.translated("file", f"{faults} faults of the drawing were mended or left out by ezdxf")
     by_layer: dict[str, list[Any]] = {}
     others: dict[str, int] = {}
     for entity in _entities(document.modelspace()):
@@ -62,40 +63,6 @@ def read_dxf(content: bytes, report: ImportReport, options: GraphOptions) -> Rea
     scale = _scale(document, [each for layer in layers for each in by_layer[layer]], report, options)
     lines = [line for layer in layers for line in _lines(layer, by_layer[layer], scale, report)]
     return ReadGraph(_graph(lines, report), report)
-
-
-_FAULTS = (OSError, ValueError, TypeError, IndexError, KeyError, AttributeError)
-"""What ezdxf raises for files that are no drawings, beside its own errors."""
-
-
-def _document(content: bytes, report: ImportReport) -> Any:
-    try:
-        from ezdxf import recover  # noqa: PLC0415 - only drawings need it
-        from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
-    except ImportError as error:
-        raise Unavailable(f"drawings need ezdxf: {install_hint('graphs')}") from error
-    found = _faultless(content)
-    if found is not None:
-        return found
-    try:
-        document, auditor = recover.read(io.BytesIO(content))
-    except (DXFError, *_FAULTS) as error:
-        raise InvalidInput(f"{report.source} is no drawing of DXF: {error!s:.200}") from error
-    if auditor.errors:
-        report.translated("file", f"{len(auditor.errors)} faults of the drawing were mended or left out by ezdxf")
-    return document
-
-
-def _faultless(content: bytes) -> Any:
-    """Return a drawing that is text without faults, which is read in a third of the time; None if it is another."""
-    from ezdxf.filemanagement import dxf_stream_info, read  # noqa: PLC0415 - only drawings need it
-    from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
-
-    try:
-        encoding = dxf_stream_info(io.StringIO(content.decode("latin-1"))).encoding
-        return read(io.StringIO(content.decode(encoding, "surrogateescape").replace("\r\n", "\n")))
-    except (DXFError, LookupError, *_FAULTS):
-        return None
 
 
 def _entities(layout: Any) -> Iterator[Any]:
@@ -138,21 +105,21 @@ def _chosen(by_layer: dict[str, list[Any]], options: GraphOptions, report: Impor
 def _scale(document: Any, entities: Sequence[Any], report: ImportReport, options: GraphOptions) -> float:
     """Return the metres of a unit of the drawing, and report where they come from."""
     from ezdxf import bbox, units  # noqa: PLC0415 - only drawings need it
-    from ezdxf.enums import InsertUnits  # noqa: PLC0415
 
     if options.scale is not None:
         report.translated("$INSUNITS", f"a unit is {options.scale:g} m, by --scale")
         return options.scale
-    if document.units:
-        scale = float(units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters))
-        report.translated("$INSUNITS", f"the unit is {units.unit_name(document.units)}: {scale:g} m")
-        return scale
+    code = unit_code(document)
+    if code in UNITS:
+        report.translated("$INSUNITS", f"the unit is {units.unit_name(code)}: {UNITS[code]:g} m")
+        return UNITS[code]
     box = bbox.extents(entities, fast=True)
     size = max(box.size.x, box.size.y) if box.has_data else 0.0
     scale = 1.0 if size <= LARGEST else 0.001
     unit = "metres" if scale == 1.0 else "millimetres"
     report.translated(
-        "$INSUNITS", f"the drawing has no unit; it is {size:g} wide, so {unit} were taken: if not, give --scale METRES"
+        "$INSUNITS",
+        f"the drawing has no known unit; it is {size:g} wide, so {unit} were taken: if not, give --scale METRES",
     )
     return scale
 

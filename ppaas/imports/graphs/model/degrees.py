@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.imports.graphs.model.route_graph import Place
+from ppaas.maps.georeference import GeoAnchor
 
 WGS84 = "EPSG:4326"
 
@@ -41,16 +42,15 @@ def metres_around(degrees: Sequence[Place], anchor: tuple[float, float] | None, 
     Raises
     ------
     InvalidInput
-        There is no anchor.
+        There is no anchor, or it is not on the Earth.
     """
     if anchor is None:
         raise InvalidInput(
             f"the positions of {what} are longitudes and latitudes: give those of x = 0, y = 0 of the map with "
             "--anchor LATITUDE LONGITUDE"
         )
-    latitude, longitude = anchor
-    plane = f"+proj=tmerc +lat_0={latitude!r} +lon_0={longitude!r} +ellps=WGS84"
-    return transformed(degrees, WGS84, plane)
+    plane = GeoAnchor(*anchor)
+    return [plane.to_map(latitude, longitude) for longitude, latitude in degrees]
 
 
 def transformed(places: Sequence[Place], source: str, target: str) -> list[Place]:

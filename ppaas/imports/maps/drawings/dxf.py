@@ -1,8 +1,6 @@
 """Floor plans as DXF, read by ezdxf. Doors are open, by the names of their layers and blocks."""
 
-import io
 import math
-import struct
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -11,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.imports.drawing_file import UNITS, read_drawing, unit_code
 from ppaas.imports.maps.common.imported_map import grid_around
 from ppaas.imports.maps.drawings.names import is_door, is_other
 from ppaas.imports.maps.drawings.plan_picture import DrawnPlan, PlanOptions
 from ppaas.imports.report import ImportReport
-
-BINARY = b"AutoCAD Binary DXF"
 
 MOST_ENTITIES = 500_000
 """Largest number of entities, with those of blocks counted as often as they are inserted."""
@@ -31,20 +27,6 @@ FAR = 10_000.0
 
 MARGIN = 0.5
 """Border around the drawing [m]."""
-
-UNITS = {
-    1: 0.0254,
-    2: 0.3048,
-    4: 0.001,
-    5: 0.01,
-    6: 1.0,
-    8: 0.0254e-6,
-    9: 0.0254e-3,
-    10: 0.9144,
-    14: 0.1,
-    21: 1200 / 3937,
-}
-"""Metres of the units of ``$INSUNITS``."""
 
 _LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "SOLID", "TRACE", "HATCH", "MLINE")
 _AREAS = ("SOLID", "TRACE", "HATCH")
@@ -59,17 +41,16 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     InvalidMap
         It is no DXF, has no lines, or would be too large.
     InvalidInput
-        ezdxf is not installed, or the drawing has neither units nor a scale.
+        The drawing has neither units nor a scale.
+    Unavailable
+        ezdxf is not installed.
     """
     try:
-        from ezdxf import recover  # noqa: PLC0415 - needed for these files alone
-        from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
-    except ImportError as error:
-        raise InvalidInput(f"plans as DXF need ezdxf: {install_hint('drawings')}") from error
-    try:
-        document = _read(content) or recover.read(io.BytesIO(content))[0]
-    except (DXFError, OSError, ValueError, IndexError, struct.error) as error:
-        raise InvalidMap(f"the DXF cannot be read: {error}") from error
+        document, faults = read_drawing(content, report.source, "drawings")
+    except InvalidInput as error:
+        raise InvalidMap(str(error)) from error
+    if faults:
+        report.translated("file", f"{faults} faults of the drawing were mended or left out by ezdxf")
     unit = _unit(document, options, report)
     paths = list(_paths(document, options, options.resolution / 2.0 / unit, report))
     if not paths:
@@ -90,24 +71,9 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     return DrawnPlan(np.asarray(picture), options.resolution, (info.origin.x, info.origin.y))
 
 
-def _read(content: bytes) -> Any:
-    """Return a document; None if it has to be recovered, which takes twice as long."""
-    from ezdxf.document import Drawing  # noqa: PLC0415 - needed for these files alone
-    from ezdxf.filemanagement import read  # noqa: PLC0415
-    from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
-    from ezdxf.lldxf.tagger import binary_tags_loader  # noqa: PLC0415
-
-    if content.startswith(BINARY):
-        return Drawing.load(binary_tags_loader(content))
-    try:
-        return read(io.StringIO(content.decode().replace("\r\n", "\n")))
-    except (DXFError, ValueError, LookupError, AttributeError, TypeError):
-        return None
-
-
 def _unit(document: Any, options: PlanOptions, report: ImportReport) -> float:
     """Return the metres of a unit of the drawing."""
-    code = int(document.header.get("$INSUNITS", 0))
+    code = unit_code(document)
     if options.scale is not None:
         unit = options.scale.unit
         if code in UNITS and not math.isclose(unit, UNITS[code], rel_tol=0.05):

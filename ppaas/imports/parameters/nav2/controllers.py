@@ -1,5 +1,6 @@
-"""Parameters of the controller plug-ins DWB and MPPI."""
+"""Parameters of the controller plug-ins DWB, MPPI and TEB."""
 
+from ppaas.imports.parameters import elastic_band
 from ppaas.imports.parameters.nav2.reasons import (
     BRAKES,
     OTHER_COSTS,
@@ -10,6 +11,7 @@ from ppaas.imports.parameters.nav2.reasons import (
     WHOLE_PATH,
 )
 from ppaas.imports.parameters.nav2.tables import PluginTable, rules_of
+from ppaas.imports.parameters.rules import without_effect
 from ppaas.imports.parameters.values import above_zero, magnitude, number, times, unless_zero, whole
 
 # -- DWB ---------------------------------------------------------------------------------------------------------------
@@ -194,3 +196,15 @@ MPPI = PluginTable(
     ),
     becomes="mppi",
 )  # fmt: skip
+
+TEB = PluginTable(
+    "teb_local_planner::TebLocalPlannerROS",
+    {
+        **elastic_band.RULES,
+        **without_effect(TOLERANCES, "xy_goal_tolerance yaw_goal_tolerance trans_stopped_vel theta_stopped_vel"),
+        **without_effect(SIDEWAYS, "max_vel_trans"),
+        **without_effect("the clone has the odometry and the frames of its robot", "odom_topic map_frame"),
+        **without_effect(TRANSFORMS, "transform_tolerance"),
+    },
+    becomes="mppi",
+)

@@ -1,11 +1,10 @@
 """Parameters of the nodes that plan, drive and recover, and of their plug-ins that are no controllers or planners."""
 
-from ppaas.imports.parameters.nav2.controllers import DWB, MPPI
+from ppaas.imports.parameters.nav2.controllers import DWB, MPPI, TEB
 from ppaas.imports.parameters.nav2.planners import PLANNERS
 from ppaas.imports.parameters.nav2.pursuit import GRACEFUL, PURE_PURSUIT, SHIM, VECTOR_PURSUIT
 from ppaas.imports.parameters.nav2.reasons import TRANSFORMS, WHOLE_PATH
 from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
-from ppaas.imports.parameters.nav2.teb import TEB
 from ppaas.imports.parameters.rules import without_effect
 from ppaas.imports.parameters.values import above_zero, flag, number, whole
 

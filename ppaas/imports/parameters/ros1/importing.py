@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.amcl import apply_amcl
 from ppaas.imports.parameters.known_names import (
     apply_known,
     apply_once,
@@ -13,6 +12,7 @@ from ppaas.imports.parameters.known_names import (
     refuse_unknown,
     report_repeated,
 )
+from ppaas.imports.parameters.ros1.amcl import apply_amcl
 from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES, RANGES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
 from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, rules_of_recovery

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 import pytest
 import yaml
 
-from ppaas.imports.parameters.amcl import import_amcl
 from ppaas.imports.parameters.amcl_rules import NAV2_RULES, ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.clone_check import refusal
 from ppaas.imports.parameters.draft import Translation, robot_file
+from ppaas.imports.parameters.ros1.amcl import import_amcl
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES, GLOBAL_RULES, LOCAL_RULES
 from ppaas.imports.parameters.ros1.importing import import_ros1
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY

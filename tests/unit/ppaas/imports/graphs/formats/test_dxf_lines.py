@@ -67,7 +67,7 @@ def test_a_drawing_without_a_unit_is_judged_by_its_size_or_told() -> None:
         document.modelspace().add_line((0, 0), (length, 0))
         zones, report = import_graph(written(document), "hall.dxf")
         assert ((0.0, 0.0), (scale * length, 0.0)) in segments_of(zones)
-        assert "the drawing has no unit" in texts(report, TRANSLATED)["$INSUNITS"]
+        assert "the drawing has no known unit" in texts(report, TRANSLATED)["$INSUNITS"]
     zones, _ = import_graph(written(document), "hall.dxf", GraphOptions(scale=0.0001))
     assert ((0.0, 0.0), (3.0, 0.0)) in segments_of(zones)
 

@@ -3,9 +3,9 @@
 import pytest
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.amcl import import_amcl
 from ppaas.imports.parameters.clone_check import refusal
 from ppaas.imports.parameters.draft import Translation, robot_file
+from ppaas.imports.parameters.ros1.amcl import import_amcl
 from tests.support.imported_parameters import entry_of, outcomes
 
 ROS1 = b"""
