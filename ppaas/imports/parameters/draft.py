@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ppaas.clone.file_faults import all_faults
-from ppaas.clone.plugins import DEFAULT_CONTROLLER
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.imports.parameters.rules import put
 from ppaas.imports.report import ImportOutcome, ImportReport
+from ppaas.navigation.parameters import MoveBaseParameters
 
 Draft = dict[str, Any]
 """Part of a robot file, as a tree of values of JSON, written by ``rules.put``."""
@@ -106,7 +106,7 @@ def _drop_other_controllers(draft: Draft, own: Mapping[str, Any], reports: Seque
     """Leave out the parameters of local planners that the robot does not drive with: a clone has only one."""
     file = _merged(draft, own)
     move_base = file.get(PARAMETERS, {}).get("move_base", {})
-    used = str(move_base.get(NAME) or file.get(NAME, DEFAULT_CONTROLLER))
+    used = str(move_base.get(NAME) or file.get(NAME, MoveBaseParameters().base_local_planner))
     for name in [name for name in draft.get(PARAMETERS, {}) if name in CONTROLLERS]:
         if name != CONTROLLERS.own_name(used):
             reason = f"the robot drives with the local planner {used!r}"
