@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
-from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
+from ppaas.imports.parameters.launch_files import read_parameters
+from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, put
 from ppaas.imports.report import ImportReport
 
@@ -129,14 +130,15 @@ ROS2_POSE = ("initial_pose.x", "initial_pose.y", "initial_pose.yaw")
 
 
 def import_amcl(content: bytes, name: str) -> tuple[dict[str, Any], ImportReport]:
-    """Translate a parameter file of amcl, of ROS 1 or of Nav2, into a part of a robot file.
+    """Translate a parameter file of amcl, of ROS 1 or of Nav2, or a launch file, into a part of a robot file.
 
     Raises
     ------
     InvalidParameter
         The file cannot be read as parameters.
     """
-    file, report, draft = read_parameter_file(content), ImportReport(name), dict[str, Any]()
+    report, draft = ImportReport(name), dict[str, Any]()
+    file = read_parameters(content, report)
     report_repeated(file, report)
     node, given = values_of_node(file, lambda each: "amcl" in each, report)
     apply_amcl(given, node, (draft, report), is_ros2=file.is_ros2)
