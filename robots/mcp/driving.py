@@ -8,7 +8,7 @@ from anyio import CancelScope
 from pydantic import Field
 
 from ppaas.clock import monotonic
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, Unavailable
 from robots.mcp.answers import Cancelled, GoalShown, Released, Stopped
 from robots.mcp.narrowed_cloud import NarrowedCloud
 from robots.mcp.tool import Arguments, GoalName, Metres, Progress, RobotAddress, RobotTool
@@ -60,8 +60,7 @@ class StopArguments(Arguments):
 
 async def _go_to(cloud: NarrowedCloud, arguments: TargetArguments, progress: Progress) -> GoalShown:
     path = cloud.path(arguments.robot, "goals")
-    with CancelScope(shield=True):  # a request that is under way may send the robot, so its answer must be known
-        goal = await cloud.rest.post(path, {"pose": [arguments.x, arguments.y, arguments.yaw]})
+    goal = await _sent(cloud, path, [arguments.x, arguments.y, arguments.yaw])
     try:
         return GoalShown.model_validate(await _followed(cloud, arguments, goal, progress))
     except asyncio.CancelledError:
@@ -70,15 +69,43 @@ async def _go_to(cloud: NarrowedCloud, arguments: TargetArguments, progress: Pro
         raise
 
 
+async def _sent(cloud: NarrowedCloud, path: str, pose: list[float]) -> dict[str, Any]:
+    """Send a goal, and return it; a call that is cancelled meanwhile waits for its name, and cancels it."""
+    posting = asyncio.ensure_future(cloud.rest.post(path, {"pose": pose}))
+    try:
+        goal: dict[str, Any] = await asyncio.shield(posting)
+    except asyncio.CancelledError:
+        with CancelScope(shield=True):
+            await asyncio.wait({posting})
+            if posting.exception() is None:
+                await _cancel_left(cloud, f"{path}/{posting.result()['id']}")
+        raise
+    return goal
+
+
 async def _followed(
     cloud: NarrowedCloud, arguments: TargetArguments, goal: dict[str, Any], progress: Progress
 ) -> dict[str, Any]:
-    """Return a goal when it has ended, or after the time to wait."""
-    path, began = cloud.path(arguments.robot), monotonic()
+    """Return a goal when it has ended, or after the time to wait.
+
+    Raises
+    ------
+    Unavailable
+        The cloud was away until then; the text has the id of the goal, since the robot may drive.
+    """
+    path, began, away = cloud.path(arguments.robot), monotonic(), ""
     while goal["state"] in ACTIVE and (waited := monotonic() - began) < arguments.wait:
-        await progress(waited, arguments.wait, await _standing(cloud, path, goal))
-        await asyncio.sleep(min(POLL, max(0.0, arguments.wait - waited)))
-        goal = await cloud.rest.get(f"{path}/goals/{goal['id']}")
+        try:
+            words, away = await _standing(cloud, path, goal), ""
+            await progress(waited, arguments.wait, words)
+            await asyncio.sleep(min(POLL, max(0.0, arguments.wait - waited)))
+            goal = await cloud.rest.get(f"{path}/goals/{goal['id']}")
+        except Unavailable as error:
+            away = str(error)
+            await progress(waited, arguments.wait, away)
+            await asyncio.sleep(POLL)
+    if away:
+        raise Unavailable(f"goal {goal['id']} was sent, and how far it is cannot be seen now: {away}")
     return goal
 
 

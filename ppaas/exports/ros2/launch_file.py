@@ -29,18 +29,18 @@ class LaunchFacts:
     @property
     def servers(self) -> dict[str, tuple[str, str]]:
         """Package and program of each node with a life cycle, beside map server and localization, by its name."""
-        servers = {
+        servers: dict[str, tuple[str, str]] = {}
+        for mask in ("keepout", "speed"):  # first: the filters of the costmaps wait for them
+            if f"{mask}_filter_mask_server" in self.nodes:
+                servers[f"{mask}_filter_mask_server"] = ("nav2_map_server", "map_server")
+                servers[f"{mask}_costmap_filter_info_server"] = ("nav2_map_server", "costmap_filter_info_server")
+        return servers | {
             "controller_server": ("nav2_controller", "controller_server"),
             "planner_server": ("nav2_planner", "planner_server"),
             "behavior_server": ("nav2_behaviors", "behavior_server"),
             "bt_navigator": ("nav2_bt_navigator", "bt_navigator"),
             "waypoint_follower": ("nav2_waypoint_follower", "waypoint_follower"),
         }
-        for mask in ("keepout", "speed"):
-            if f"{mask}_filter_mask_server" in self.nodes:
-                servers[f"{mask}_filter_mask_server"] = ("nav2_map_server", "map_server")
-                servers[f"{mask}_costmap_filter_info_server"] = ("nav2_map_server", "costmap_filter_info_server")
-        return servers
 
 
 _TEMPLATE = '''"""Starts Nav2 for the robot {name} (ROS 2 {release}), by the parameters in this folder.

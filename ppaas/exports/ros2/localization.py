@@ -43,6 +43,7 @@ AMCL_RULES: ParameterRules = {
         name: ParameterRule(f"{AMCL}.{name}", "", _frame(usual)) for name, usual in FRAMES.items()
     },
     **without_effect("Nav2's amcl has no noise of standing odometry", "odom_drift"),
+    **without_effect("Nav2's amcl is left out of the launch file instead where the robot localizes itself", "localize"),
     **without_effect(
         "Nav2's amcl starts with a spread that cannot be set", "initial_cov_xx", "initial_cov_yy", "initial_cov_aa"
     ),

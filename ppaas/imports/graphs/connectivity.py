@@ -6,8 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.imports.graphs.model.route_graph import RouteGraph
+from ppaas.imports.graphs.model.route_graph import RouteGraph, points_of
 from ppaas.imports.report import ImportReport
+
+MOST_CROSSING = 20_000
+"""Largest number of edges of which crossings are looked for."""
 
 NAMED = 5
 """Number of nodes that a sentence names; the others are counted."""
@@ -101,3 +104,20 @@ def _nodes(graph: RouteGraph, keys: Sequence[str]) -> str:
     names = ", ".join(graph.nodes[key].name for key in keys[:NAMED])
     more = f" and {len(keys) - NAMED} more" if len(keys) > NAMED else ""
     return f"{'node' if len(keys) == 1 else 'nodes'} {names}{more}"
+
+
+def report_crossings(graph: RouteGraph, report: ImportReport) -> None:
+    """Add to a report which edges cross where the graph has no node: lanes are connected there."""
+    import shapely  # noqa: PLC0415 - only imports of graphs need it
+
+    pairs = {(min(edge.start, edge.end), max(edge.start, edge.end)): edge for edge in graph.edges if not edge.between}
+    edges = list(pairs.values())
+    if not 1 < len(edges) <= MOST_CROSSING:
+        return
+    lines = shapely.linestrings(np.array([points_of(graph, edge) for edge in edges]))
+    one, other = shapely.STRtree(lines).query(lines, predicate="crosses")
+    crossing = [(edges[a], edges[b]) for a, b in zip(one.tolist(), other.tolist(), strict=True) if a < b]
+    if crossing:
+        names = ", ".join(f"{a.part or a.name} and {b.part or b.name}" for a, b in crossing[:NAMED])
+        more = f" and {len(crossing) - NAMED} more" if len(crossing) > NAMED else ""
+        report.taken(f"{names}{more}", "they cross without a node: robots may turn from one into the other there")

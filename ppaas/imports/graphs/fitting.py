@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 
+from ppaas.errors import InvalidInput
 from ppaas.fleet.lane_drawing import JOINS, DrawnLane, LaneConflict, network_of
 from ppaas.fleet.lane_placing import placed_on
 from ppaas.fleet.lane_roadmap import check_apart
@@ -35,7 +36,10 @@ def fitted(graph: RouteGraph, radius: float, report: ImportReport) -> RouteGraph
     notes = GatheredNotes()
     found = _joined(graph, width, notes)
     if sum(len(points_of(found, edge)) for edge in found.edges) <= 2 * MOST_ON_LANES:
-        found = _without_conflicts(found, width, notes)
+        try:
+            found = _without_conflicts(found, width, notes)
+        except InvalidInput as error:
+            notes.without_effect("--radius", str(error))
     else:
         notes.without_effect("--radius", "the graph is too large to be fitted; ppaas fleet lanes checks lanes")
     notes.write(report)
@@ -50,7 +54,11 @@ def report_room(graph: RouteGraph, report: ImportReport) -> None:
     """Report where robots of a usual size have no room, since such lanes stop the robots of the traffic."""
     if sum(len(points_of(graph, edge)) for edge in graph.edges) > 2 * MOST_ON_LANES:
         return
-    conflict = _conflict(graph, RobotSizes(USUAL_RADIUS, TrafficParameters().margin).spacing)
+    try:
+        conflict = _conflict(graph, RobotSizes(USUAL_RADIUS, TrafficParameters().margin).spacing)
+    except InvalidInput as error:
+        report.taken("lanes", f"robots cannot use them: {error}")
+        return
     if conflict is not None:
         report.taken(
             "lanes",

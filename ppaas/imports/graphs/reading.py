@@ -4,7 +4,7 @@ import json
 import re
 
 from ppaas.errors import InvalidInput
-from ppaas.imports.graphs.connectivity import report_connections
+from ppaas.imports.graphs.connectivity import report_connections, report_crossings
 from ppaas.imports.graphs.fitting import fitted, report_room
 from ppaas.imports.graphs.formats.dxf_lines import read_dxf
 from ppaas.imports.graphs.formats.json_text import lenient_json
@@ -60,6 +60,7 @@ def import_graph(
     else:
         graph = fitted(graph, options.radius, report)
     report_connections(graph, report)
+    report_crossings(graph, report)
     return zones_of_graph(graph, report), report
 
 

@@ -6,6 +6,7 @@ from pathlib import PurePath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.clouds import cloud_map, las
@@ -98,9 +99,27 @@ def import_cloud(content: bytes, name: str, options: MapOptions, read: _Reader) 
         A library for the format is not installed, or an option does not suit the file.
     """
     report = ImportReport(name)
-    cloud, anchor = _on_earth(read(content, report), report)
+    cloud, anchor = _on_earth(_upright(read(content, report), options, report), report)
     imported = cloud_map.map_of_cloud(cloud, options, report)
     return imported.anchored(anchor).anchored(options.anchor), report
+
+
+def _upright(cloud: PointCloud, options: MapOptions, report: ImportReport) -> PointCloud:
+    """Return a cloud in metres with z up."""
+    if options.up == "z" and options.unit == 1.0:
+        return cloud
+    if cloud.projection is not None or cloud.octree is not None:
+        report.refused("--up, --unit", "the file has its own axes and metres")
+        return cloud
+    report.translated("axes", f"{options.up} of the file is up, and its unit {options.unit:g} m")
+
+    def turned(places: NDArray[Any]) -> NDArray[Any]:
+        x, y, z = (places[..., axis] for axis in range(3))
+        axes = (x, -z, y) if options.up == "y" else (x, y, z)
+        return np.asarray(np.stack(axes, axis=-1) * places.dtype.type(options.unit))
+
+    origins = tuple(replace(each, place=tuple(turned(np.array(each.place)).tolist())) for each in cloud.origins)
+    return replace(cloud, points=turned(cloud.points), offset=turned(cloud.offset), origins=origins)
 
 
 def _on_earth(cloud: PointCloud, report: ImportReport) -> tuple[PointCloud, GeoAnchor | None]:

@@ -34,8 +34,7 @@ def check_installed() -> None:
 class Parser(mavlink.MAVLink):  # type: ignore[misc]
     """Reads messages from bytes, and writes them.
 
-    A message that is not signed with the key does not move the time of its sender on: else one forged message, far
-    ahead, would have all later ones of the vehicle refused.
+    A message that is not signed with the key leaves what is known of its sender as it was.
 
     Parameters
     ----------

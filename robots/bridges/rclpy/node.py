@@ -25,7 +25,7 @@ POLL = 0.5
 """Time between two looks at the graph [s]."""
 
 SUPER_CLIENT = "ROS_SUPER_CLIENT", "TRUE"
-"""Variable by which a discovery server of Fast DDS, if there is one, sends the whole graph, beyond what matches."""
+"""Variable by which a discovery server of Fast DDS, if there is one, sends the whole graph, not only what matches."""
 
 SPIN = 0.2
 """Longest time that the thread spins before it checks whether the transport is closed [s]."""

@@ -37,6 +37,8 @@ def configure(verbs: Any) -> None:
         "--heights", type=_numbers(2), default=(0.15, 1.5), metavar="LOW,HIGH",
         help="heights above the floor at which points are obstacles [m] (0.15,1.5)",
     )  # fmt: skip
+    one.add_argument("--up", choices=("z", "y"), default="z", help="axis of a point cloud that points up (z)")
+    one.add_argument("--unit", type=_positive, default=1.0, metavar="METRES", help="of a point cloud (1)")
     one.add_argument("--floor", type=float, metavar="Z", help="height of the floor in a point cloud [m] (found)")
     one.add_argument("--max-slope", type=_positive, default=15.0, metavar="DEGREES", help="of heights (15)")
     one.add_argument("--values", choices=_VALUES, help="meaning of the pixels of a raster (found)")
@@ -84,9 +86,10 @@ async def import_map_file(arguments: argparse.Namespace) -> None:
 
     file = arguments.file
     options = MapOptions(
-        resolution=arguments.resolution, heights=arguments.heights, floor=arguments.floor, start=arguments.start,
-        anchor=_anchor(arguments), max_slope=arguments.max_slope, values=arguments.values,
-        world=_beside(file, *_WORLD_ENDINGS), projection=_beside(file, ".prj"),
+        resolution=arguments.resolution, heights=arguments.heights, floor=arguments.floor,
+        up=arguments.up, unit=arguments.unit, start=arguments.start, anchor=_anchor(arguments),
+        max_slope=arguments.max_slope, values=arguments.values, world=_beside(file, *_WORLD_ENDINGS),
+        projection=_beside(file, ".prj"),
     )  # fmt: skip
     _check(arguments)
     imported, report = import_foreign_map(_read(file), file.name, options)

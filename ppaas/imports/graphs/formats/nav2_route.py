@@ -57,7 +57,7 @@ def is_route_graph(tree: Mapping[str, Any]) -> bool:
     features = tree.get("features")
     if not isinstance(features, list):
         return False
-    kinds = {_geometry(feature).get("type") for feature in features if isinstance(feature, dict)}
+    kinds = {str(_geometry(feature).get("type")) for feature in features if isinstance(feature, dict)}
     has_ends = any(_properties(feature).keys() >= set(ENDS) for feature in features if isinstance(feature, dict))
     return has_ends or (POINT in kinds and bool(kinds & set(LINES)))
 
@@ -80,7 +80,7 @@ def route_graph_of(tree: Mapping[str, Any], report: ImportReport, options: Graph
     reader = _Reader(notes)
     edges = []
     for part, feature in features:
-        kind = _geometry(feature).get("type") if isinstance(feature, dict) else None
+        kind = str(_geometry(feature).get("type") or "") if isinstance(feature, dict) else ""
         if kind == POINT:
             reader.read_node(part, feature)
         elif kind in LINES:

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.imports.graphs.model.cleaning import is_place
 from ppaas.imports.graphs.model.gathered import GatheredNotes
-from ppaas.imports.graphs.model.route_graph import GraphOptions, Place, ReadGraph, RouteGraph
-from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, levels_of
+from ppaas.imports.graphs.model.route_graph import GraphOptions, Place, ReadGraph, RouteGraph, points_of
+from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, items, levels_of
 from ppaas.imports.graphs.rmf.levels import Building, places_of, raw_place, value_of
 from ppaas.imports.graphs.rmf.nav_graph import chosen_level
 from ppaas.imports.report import ImportReport
@@ -42,14 +43,14 @@ def building_graph_of(tree: Mapping[str, Any], report: ImportReport, options: Gr
     name = chosen_level(levels, options.level, building.reference, report)
     level, notes = levels[name], GatheredNotes()
     lanes = _chosen_lanes(level, name, report, options)
-    raw = [raw_place(each) for each in level.get("vertices") or ()]
+    raw = [raw_place(each) for each in items(level, "vertices")]
     known = [at for at, place in enumerate(raw) if place is not None]
     places = dict(
         zip(known, places_of(building, name, [raw[at] or (0.0, 0.0) for at in known], report, options), strict=True)
     )
     reader = RmfReader(notes, f"levels.{name}")
     ends = {index_of(end) for _, lane in lanes for end in lane[:2]}
-    for at, vertex in enumerate(level.get("vertices") or ()):
+    for at, vertex in enumerate(items(level, "vertices")):
         part, called = f"levels.{name}.vertices[{at}]", _name_of(vertex)
         if at not in places:
             notes.refused(part, "a vertex is [x, y, z, name, {…}]")
@@ -82,7 +83,7 @@ def _chosen_lanes(
 ) -> list[tuple[int, list[Any]]]:
     """Return the lanes of one graph, each with its number; report the other graphs and what is no lane."""
     by_graph: dict[int, list[tuple[int, list[Any]]]] = {}
-    for at, lane in enumerate(level.get("lanes") or ()):
+    for at, lane in enumerate(items(level, "lanes")):
         if not isinstance(lane, list) or len(lane) < 2:
             report.refused(f"levels.{name}.lanes[{at}]", "a lane is [from, to, {…}]")
             continue
@@ -111,15 +112,15 @@ def _note_doors(
     """Report the doors, and which lanes lead through each."""
     import shapely  # noqa: PLC0415 - only imports of graphs need it
 
-    lanes = [(edge.part, [graph.nodes[edge.start].place, graph.nodes[edge.end].place]) for edge in graph.edges]
+    lanes = [(edge.part, ends) for edge in graph.edges if all(map(is_place, ends := points_of(graph, edge)))]
     lines = shapely.linestrings(np.array([points for _, points in lanes])) if lanes else np.empty(0, object)
-    for at, door in enumerate(level.get("doors") or ()):
+    for at, door in enumerate(items(level, "doors")):
         if not isinstance(door, list) or len(door) < 2 or not all(isinstance(end, int) for end in door[:2]):
             report.refused(f"{part}.doors[{at}]", "a door is [from, to, {…}]")
             continue
         name = _properties(door, 2).get("name", "")
         crossed: list[str] = []
-        if all(end in places for end in door[:2]) and len(lines):
+        if all(end in places and is_place(places[end]) for end in door[:2]) and len(lines):
             leaf = shapely.LineString([places[end] for end in door[:2]])
             crossed = sorted({lanes[number][0] for number in np.nonzero(shapely.intersects(lines, leaf))[0]})
         through = f"; lanes lead through it: {', '.join(crossed)}" if crossed else "; no lane leads through it"

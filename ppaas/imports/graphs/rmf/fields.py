@@ -154,4 +154,11 @@ def number(value: Any) -> float | None:
 
 def index_of(value: Any) -> str:
     """Return the key of the vertex that a lane names."""
-    return str(int(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+    found = number(value)
+    return str(value) if found is None else str(int(found))
+
+
+def items(level: Mapping[str, Any], name: str) -> list[Any]:
+    """Return a list of a floor; empty if it has none."""
+    found = level.get(name)
+    return found if isinstance(found, list) else []

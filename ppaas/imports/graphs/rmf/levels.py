@@ -15,7 +15,7 @@ import numpy as np
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.model.degrees import WGS84, metres_around, transformed
 from ppaas.imports.graphs.model.route_graph import GraphOptions, Place
-from ppaas.imports.graphs.rmf.fields import number
+from ppaas.imports.graphs.rmf.fields import items, number
 from ppaas.imports.report import ImportReport
 
 EDITOR_SCALE = 0.05
@@ -180,13 +180,12 @@ def _count(level: Mapping[str, Any]) -> int:
 
 
 def _measurements(level: Mapping[str, Any]) -> list[float]:
-    vertices = level.get("vertices") or []
-    found = []
-    for each in level.get("measurements") or ():
+    vertices, found = items(level, "vertices"), []
+    for each in items(level, "measurements"):
         try:
             one, other = (raw_place(vertices[int(each[at])]) for at in (0, 1))
             metres = number(value_of(each[2]["distance"]))
-        except (IndexError, KeyError, TypeError, ValueError):
+        except (IndexError, KeyError, OverflowError, TypeError, ValueError):
             continue
         pixels = math.dist(one, other) if one and other else 0.0
         if metres and metres > 0.0 and pixels > 0.0:
@@ -197,7 +196,7 @@ def _measurements(level: Mapping[str, Any]) -> list[float]:
 def _fiducials(level: Mapping[str, Any]) -> dict[str, Place]:
     """Return the fiducials of a floor by name, y upwards."""
     found: dict[str, Place] = {}
-    for each in level.get("fiducials") or ():
+    for each in items(level, "fiducials"):
         place = raw_place(each)
         if place is not None and len(each) > 2 and each[2]:
             found.setdefault(str(each[2]), (place[0], -place[1]))

@@ -6,7 +6,7 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.model.gathered import GatheredNotes
 from ppaas.imports.graphs.model.route_graph import GraphOptions, ReadGraph
-from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, levels_of, number
+from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, items, levels_of, number
 from ppaas.imports.report import ImportReport
 
 
@@ -33,7 +33,7 @@ def nav_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOp
     name = chosen_level(levels, options.level, next(iter(levels)), report)
     level, notes = levels[name], GatheredNotes()
     reader = RmfReader(notes, f"levels.{name}")
-    for at, vertex in enumerate(_list(level, "vertices")):
+    for at, vertex in enumerate(items(level, "vertices")):
         place = _place(vertex)
         given = vertex[2] if place is not None and len(vertex) > 2 else None
         properties = given if isinstance(given, dict) else {"name": given if isinstance(given, str) else ""}
@@ -41,7 +41,7 @@ def nav_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOp
             notes.refused(f"levels.{name}.vertices[{at}]", "a vertex is [x, y, {…}]")
             continue
         reader.add_vertex(at, place, str(properties.get("name") or ""), properties)
-    for at, lane in enumerate(_list(level, "lanes")):
+    for at, lane in enumerate(items(level, "lanes")):
         if not isinstance(lane, list) or len(lane) < 2:
             notes.refused(f"levels.{name}.lanes[{at}]", "a lane is [from, to, {…}]")
             continue
@@ -75,11 +75,6 @@ def chosen_level(
             empty = "" if name in with_lanes else ", without lanes"
             report.without_effect(f"levels.{name}", f"another floor{empty}; import it with --level {name}")
     return chosen
-
-
-def _list(level: Mapping[str, Any], name: str) -> list[Any]:
-    found = level.get(name)
-    return found if isinstance(found, list) else []
 
 
 def _place(vertex: Any) -> tuple[float, float] | None:

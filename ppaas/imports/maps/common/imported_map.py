@@ -34,6 +34,10 @@ class MapOptions:
         Lowest and highest height above the floor at which points are obstacles [m].
     floor : float, optional
         Height of the floor in the file [m]; found if None.
+    up : str
+        Axis of a cloud that points up: ``z``, or ``y`` as in files of cameras and telephones.
+    unit : float
+        Metres of a unit of a cloud.
     start : tuple of float, optional
         A free place, x, y in the frame of the map [m].
     anchor : GeoAnchor, optional
@@ -51,6 +55,8 @@ class MapOptions:
     resolution: float | None = None
     heights: tuple[float, float] = (0.15, 1.5)
     floor: float | None = None
+    up: str = "z"
+    unit: float = 1.0
     start: tuple[float, float] | None = None
     anchor: GeoAnchor | None = None
     max_slope: float = 15.0

@@ -24,6 +24,9 @@ DRAWINGS: dict[str, Callable[[bytes, PlanOptions, ImportReport], DrawnPlan]] = {
 }  # fmt: skip
 """Readers of plans by the endings of their names."""
 
+MOST_DARK = 0.7
+"""Part of a plan above which the dark is the background."""
+
 LEAST_ENCLOSED = 0.25
 """Part of the rectangle around all walls that closed walls enclose; the insides of double lines are less."""
 
@@ -58,7 +61,7 @@ def import_plan(
         raise InvalidInput(f"{name} is not a floor plan; known endings are {', '.join(DRAWINGS)}")
     report = ImportReport(name)
     drawn = DRAWINGS[ending](content, options, report)
-    dark = drawn.greys < options.dark
+    dark = _dark(drawn, options, report)
     if options.thinnest > 0.0:
         dark = _without_thin(dark, drawn.pixel, options.thinnest, report)
     walls, info = _cells(dark, drawn, options.resolution)
@@ -67,6 +70,15 @@ def import_plan(
     grid = grid_of(info, free, walls)
     report_cells(report, grid)
     return ImportedMap(grid), report, drawn
+
+
+def _dark(drawn: DrawnPlan, options: PlanOptions, report: ImportReport) -> NDArray[np.bool_]:
+    """Return the pixels of walls: the dark ones, or the light ones of a plan that is drawn on black."""
+    dark: NDArray[np.bool_] = drawn.greys < options.dark
+    if dark.mean() <= MOST_DARK:
+        return dark
+    report.translated("background", f"{dark.mean():.0%} of the plan are dark, so light lines are walls")
+    return ~dark
 
 
 def _without_thin(dark: NDArray[np.bool_], pixel: float, thinnest: float, report: ImportReport) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ _UNITS = {"px": 1.0, "pt": 4 / 3, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, 
 """Pixels of a unit (CSS)."""
 
 _TEXTS = ("text", "tspan", "flowRoot", "title", "desc")
-_NAMES = ("id", "class", "label", "data-name", "type")
+_NAMES = ("id", "class", "label", "data-name")
 _NAMESPACE = "http://www.w3.org/2000/svg"
 
 

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
+from ppaas.imports.parameters.launch_files import read_parameters
 from ppaas.imports.parameters.nav2.importer import import_node
-from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
+from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, apply_rule
 from ppaas.imports.parameters.values import number
 from ppaas.imports.report import ImportReport
@@ -15,14 +16,15 @@ if TYPE_CHECKING:
 
 
 def import_amcl(content: bytes, name: str) -> "Translation":
-    """Translate a parameter file of amcl, of ROS 1 or of Nav2, into a part of a robot file.
+    """Translate a parameter file of amcl, of ROS 1 or of Nav2, or a launch file, into a part of a robot file.
 
     Raises
     ------
     InvalidParameter
         The file cannot be read as parameters.
     """
-    file, report = read_parameter_file(content), ImportReport(name)
+    report = ImportReport(name)
+    file = read_parameters(content, report)
     report_repeated(file, report)
     node, given = values_of_node(file, lambda each: "amcl" in each, report)
     if file.is_ros2:

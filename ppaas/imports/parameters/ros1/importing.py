@@ -12,6 +12,7 @@ from ppaas.imports.parameters.known_names import (
     refuse_unknown,
     report_repeated,
 )
+from ppaas.imports.parameters.launch_files import read_parameters
 from ppaas.imports.parameters.ros1.amcl import apply_amcl
 from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES, RANGES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
@@ -25,7 +26,7 @@ from ppaas.imports.parameters.ros1.sections import (
     layer_rule_name,
     sections_of,
 )
-from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
+from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put
 from ppaas.imports.parameters.slam.gmapping import apply_gmapping
 from ppaas.imports.parameters.values import number
@@ -59,7 +60,7 @@ def import_ros1(content: bytes, name: str, new_map: str = "map") -> "Translation
 
 
 def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") -> "list[Translation]":
-    """Translate the parameter files of a robot of ROS 1, of which each becomes a part of a robot file.
+    """Translate the parameter files and launch files of a robot of ROS 1, of which each becomes a part of a robot file.
 
     Which local planner drives, and which recovery behaviours there are, may be in another file than their parameters.
 
@@ -75,7 +76,7 @@ def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") 
     InvalidParameter
         A file cannot be read as parameters, or is one of ROS 2.
     """
-    read = [(read_parameter_file(content), ImportReport(name)) for content, name in files]
+    read = [_read(content, ImportReport(name)) for content, name in files]
     for file, report in read:
         if file.is_ros2:
             raise InvalidParameter(f"{report.source} has ros__parameters, and so is a file of ROS 2: not for --ros1")
@@ -91,6 +92,10 @@ def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") 
         translations.append(into)
     _drop_radius(translations)
     return translations
+
+
+def _read(content: bytes, report: ImportReport) -> tuple[ParameterFile, ImportReport]:
+    return read_parameters(content, report), report
 
 
 class _Robot:

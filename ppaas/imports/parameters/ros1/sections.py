@@ -28,6 +28,12 @@ _FLAT: Mapping[str, Iterable[str]] = {
 """Names of the parameters that a program reads, if its file is loaded into its own namespace."""
 
 
+NAMED = frozenset(
+    (*MOVE_BASE_NAMES, *_FLAT, "slam_gmapping", "local_costmap", "global_costmap", "NavfnROS", "GlobalPlanner")
+)
+"""Names of sections and nodes, which a namespace may precede."""
+
+
 class Section(msgspec.Struct, frozen=True):
     """Parameters of one program in one file.
 
@@ -63,6 +69,8 @@ def sections_of(file: ParameterFile) -> list[Section]:
         for name, value in values.items():
             prefix, _, rest = f"{last}.{name}".lstrip(".").partition(".")
             space = "".join(f"{each}/" for each in above)
+            if prefix not in NAMED and rest.partition(".")[0] in NAMED:  # the namespace of a robot
+                space, (prefix, _, rest) = f"{space}{prefix}/", rest.partition(".")
             if prefix in MOVE_BASE_NAMES and rest:
                 space, (prefix, _, rest) = f"{space}{prefix}/", rest.partition(".")
             if rest:

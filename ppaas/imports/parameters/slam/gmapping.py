@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
-from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
+from ppaas.imports.parameters.launch_files import read_parameters
+from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put, same, without_effect
 from ppaas.imports.parameters.slam.slam_toolbox_rules import LEAST_TRAVEL, STEP
 from ppaas.imports.parameters.values import at_least, frame
@@ -45,7 +46,7 @@ RULES: ParameterRules = {
 
 
 def import_gmapping(content: bytes, name: str, new_map: str = "map") -> tuple[dict[str, Any], ImportReport]:
-    """Translate a parameter file of gmapping into a part of a robot file: the robot makes a map.
+    """Translate a parameter file of gmapping, or a launch file, into a part of a robot file: the robot makes a map.
 
     Parameters
     ----------
@@ -60,7 +61,8 @@ def import_gmapping(content: bytes, name: str, new_map: str = "map") -> tuple[di
     InvalidParameter
         The file cannot be read as parameters.
     """
-    file, report, draft = read_parameter_file(content), ImportReport(name), dict[str, Any]()
+    report, draft = ImportReport(name), dict[str, Any]()
+    file = read_parameters(content, report)
     report_repeated(file, report)
     node, given = values_of_node(file, lambda each: "gmapping" in each, report)
     apply_gmapping(given, node, (draft, report), new_map)

@@ -9,12 +9,15 @@ from tests.support.commands import leaves
 WITHOUT = {
     "ppaas bench": "each bench has the option, once it is named",
     "ppaas bridge agv": "runs until it is ended, and prints a log",
+    "ppaas bridge free-fleet": "runs until it is ended, and prints a log",
     "ppaas bridge mavlink": "runs until it is ended, and prints a log",
+    "ppaas bridge rmf": "runs until it is ended, and prints a log",
     "ppaas bridge ros1": "runs until it is ended, and prints a log",
     "ppaas bridge ros2": "runs until it is ended, and prints a log",
     "ppaas bridge vda5050": "runs until it is ended, and prints a log",
     "ppaas completion": "prints a script for a shell",
     "ppaas machine join": "runs until it is ended, and prints a log",
+    "ppaas mcp": "speaks a protocol on standard output",
     "ppaas simulate": "runs until it is ended, and prints a log",
     "ppaas up": "runs until it is ended, and prints a log",
 }

@@ -13,6 +13,7 @@ from mcp import Client
 from mcp_types import CallToolResult, ImageContent
 from PIL import Image
 
+from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
 from robots.client.rest import RestClient
 from robots.mcp.narrowed_cloud import NarrowedCloud
@@ -240,6 +241,32 @@ async def test_a_goal_is_followed_to_its_end(
     assert not goals.cancelled
 
 
+async def test_a_cloud_that_is_away_for_a_while_does_not_end_a_call(
+    served: ServedUsers, place: StillRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goals, asked, get = GoalsOf(place), [0], RestClient.get
+
+    async def sometimes(rest: RestClient, path: str) -> Any:
+        asked[0] += 1
+        if asked[0] <= 3:
+            raise Unavailable("the cloud restarts")
+        goals.end(Status.SUCCEEDED)
+        return await get(rest, path)
+
+    async def never(_rest: RestClient, _path: str) -> Any:
+        raise Unavailable("the cloud restarts")
+
+    async with connected(served) as client:
+        monkeypatch.setattr(RestClient, "get", sometimes)
+        assert (await answer_of(client, "go_to", robot="tb1", x=4.0, y=1.5, wait=60.0))["state"] == "succeeded"
+        assert asked[0] > 3
+        monkeypatch.setattr(RestClient, "get", never)
+        text = await refusal(client, "go_to", robot="tb1", x=4.0, y=1.5, wait=0.1)
+    away = "how far it is cannot be seen now: the cloud restarts"
+    assert text == f"unavailable: goal {goals.sent[-1]} was sent, and {away}"
+    assert not goals.cancelled
+
+
 async def test_after_its_time_a_call_returns_and_the_robot_drives_on(served: ServedUsers, place: StillRobot) -> None:
     goals = GoalsOf(place)
     async with connected(served) as client:
@@ -267,6 +294,26 @@ async def test_a_cancelled_call_cancels_its_goal(served: ServedUsers, place: Sti
         call = asyncio.create_task(client.call_tool("go_to", {"robot": "tb1", "x": 4.0, "y": 1.5, "wait": 600.0}))
         await until(lambda: goals.sent)
         call.cancel()
+        await until(lambda: goals.cancelled)
+        assert goals.cancelled == goals.sent
+
+
+async def test_a_call_that_is_cancelled_while_its_goal_is_sent_cancels_the_goal(
+    served: ServedUsers, place: StillRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goals, asked, answered, post = GoalsOf(place), asyncio.Event(), asyncio.Event(), RestClient.post
+
+    async def slow(rest: RestClient, path: str, value: Any) -> Any:
+        asked.set()
+        await answered.wait()
+        return await post(rest, path, value)
+
+    monkeypatch.setattr(RestClient, "post", slow)
+    async with connected(served) as client:
+        call = asyncio.create_task(client.call_tool("go_to", {"robot": "tb1", "x": 4.0, "y": 1.5}))
+        await asked.wait()
+        call.cancel()
+        answered.set()
         await until(lambda: goals.cancelled)
         assert goals.cancelled == goals.sent
 

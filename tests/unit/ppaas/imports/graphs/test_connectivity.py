@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.imports.graphs.connectivity import connections_of, report_connections
+from ppaas.imports.graphs.connectivity import connections_of, report_connections, report_crossings
 from ppaas.imports.report import ImportReport
 from tests.support.budget import examples
 from tests.support.graphs import SQUARE, both_ways, graph_of
@@ -56,3 +56,14 @@ def test_a_report_names_traps_and_islands() -> None:
     assert found["nodes p5, p6"].startswith("island: no edge connects these 2 nodes")
     assert found["node p7"] == "no edge leads here; only lanes are driven along"
     assert len(found) == 3
+
+
+def test_crossings_without_a_node_are_named() -> None:
+    report = ImportReport("graph")
+    report_crossings(graph_of(SQUARE, both_ways((0, 2), (1, 3), (0, 1))), report)
+    [entry] = report.entries
+    assert entry.part == "edges[1] and edges[3]"
+    assert entry.text == "they cross without a node: robots may turn from one into the other there"
+    report = ImportReport("graph")
+    report_crossings(graph_of(SQUARE, both_ways((0, 1), (1, 2), (2, 3))), report)
+    assert report.entries == []

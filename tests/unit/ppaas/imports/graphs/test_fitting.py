@@ -84,6 +84,14 @@ def test_a_report_names_the_first_place_without_room() -> None:
     assert report.entries == []
 
 
+def test_lanes_that_are_too_long_for_robots_are_reported() -> None:
+    places = {0: (0.0, 0.0), 1: (90_000.0, 0.0)}
+    for say in (report_room, lambda graph, report: fitted(graph, 0.18, report)):
+        report = ImportReport("graph")
+        say(graph_of(places, both_ways((0, 1))), report)
+        assert any("the lanes are 90000 m long" in entry.text for entry in report.entries)
+
+
 @pytest.mark.parametrize("count", [5, 7])
 def test_of_many_lanes_that_meet_four_are_kept(count: int) -> None:
     places = {at: (3.0 * math.cos(at), 3.0 * math.sin(at)) for at in range(count)} | {count: (0.0, 0.0)}

@@ -85,6 +85,16 @@ def test_a_survey_is_in_metres_of_the_earth():
     assert any(entry.part == "georeference" for entry in report.entries)
 
 
+def test_a_cloud_with_y_up_in_millimetres_is_the_same_map():
+    turned = np.stack((ROOM[:, 0], ROOM[:, 2], -ROOM[:, 1]), axis=1) * np.float32(1000.0)
+    options = MapOptions(up="y", unit=0.001, resolution=0.05)
+    imported, report = import_map(pcd_file(turned), "a.pcd", options)
+    expected, _ = import_map(FILES["room.pcd"], "a.pcd", MapOptions(resolution=0.05))
+    assert imported.grid.info == expected.grid.info
+    assert (imported.grid.data == expected.grid.data).mean() > 0.98, "points at the edges of cells are rounded"
+    assert report.entries[1].text == "y of the file is up, and its unit 0.001 m"
+
+
 def test_without_rasterio_a_survey_has_no_georeference(monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     content = FILES["room.laz"]

@@ -92,6 +92,14 @@ def test_wrong_features_are_refused_and_the_rest_is_taken() -> None:
     assert texts(report, TRANSLATED)["features[6]"] == "id 2 is that of another edge, too; both were taken"
 
 
+@pytest.mark.parametrize("geometry", [None, 1, {"type": {}}, {"type": ["Point"], "coordinates": 1}, {"type": "Point"}])
+def test_features_with_odd_geometries_are_refused(geometry: object) -> None:
+    odd = {"type": "Feature", "geometry": geometry, "properties": [1]}
+    graph, report = read_graph(route_graph(*TWO, edge(2, 0, 1), odd), "g")
+    assert len(graph.edges) == 1
+    assert list(texts(report, REFUSED)) == ["features[3]"]
+
+
 def test_names_of_the_first_versions_are_known() -> None:
     old = {
         "type": "Feature",

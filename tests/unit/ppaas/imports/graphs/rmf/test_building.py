@@ -161,6 +161,14 @@ def test_what_is_wrong_is_refused_and_the_rest_is_taken() -> None:
     assert refused["levels.L1.doors[0]"] == "a door is [from, to, {…}]"
 
 
+@pytest.mark.parametrize("junk", [None, 3.7, "x", {"a": 1}, [[float("inf"), 0, {}]], [[1e308, 1e308, 0, "far"]] * 7])
+@pytest.mark.parametrize("name", ["vertices", "lanes", "measurements", "doors", "fiducials"])
+def test_any_values_of_a_floor_are_read(name: str, junk: object) -> None:
+    zones, report = import_graph(building(levels={"L1": FLOOR | {name: junk}}), "shop")
+    assert report.entries
+    assert len(segments_of(zones)) == (0 if name in ("vertices", "lanes") else 3)
+
+
 @pytest.mark.parametrize(
     ("content", "reason"),
     [

@@ -58,6 +58,14 @@ def test_walls_with_a_gap_to_the_outside_leave_all_free():
     assert any("gaps to the outside" in entry.text for entry in report.entries)
 
 
+def test_a_plan_on_black_is_the_same():
+    white = svg_plan('<rect width="1000" height="500" fill="white" style="mix-blend-mode:difference"/>')
+    black, report, _ = import_plan(white, "a.svg", PlanOptions(scale=BY_UNITS))
+    expected, _, _ = import_plan(svg_plan(), "a.svg", PlanOptions(scale=BY_UNITS))
+    assert (black.grid.data == expected.grid.data).mean() > 0.98
+    assert any(entry.part == "background" for entry in report.entries)
+
+
 def test_thin_lines_may_be_left_out():
     drawn = svg_plan('<path d="M300 100V400" stroke="black" stroke-width="2"/>')
     with_line, _, _ = import_plan(drawn, "a.svg", PlanOptions(scale=BY_UNITS))

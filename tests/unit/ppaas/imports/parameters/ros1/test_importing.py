@@ -145,6 +145,18 @@ def test_recovery_behaviours_have_their_parameters_by_name() -> None:
     assert outcomes(into)["move_base/turn.max_rot"] == "refused"
 
 
+def test_the_namespace_of_a_robot_may_precede_its_programs() -> None:
+    into = one(
+        "robot1:\n  move_base: {planner_frequency: 2.0, DWAPlannerROS: {max_vel_x: 0.4}}\n  amcl: {kld_z: 0.98}\n"
+    )
+    assert parameters([into]) == {
+        "move_base": {"planner_frequency": 2.0},
+        "dwa": {"max_vel_x": 0.4},
+        "amcl": {"kld_z": 0.98},
+    }
+    assert refused(into) == []
+
+
 def test_programs_beside_move_base_may_be_in_the_same_file() -> None:
     found = one("amcl: {odom_alpha1: 0.3, laser_max_range: 12.0}\nslam_gmapping: {delta: 0.1}\nmap_server: {port: 1}")
     assert found[0]["parameters"] == {
