@@ -22,6 +22,7 @@ from ppaas.people.settings import PeopleSettings
 
 KINDS: Mapping[str, Mapping[str, Any]] = {
     "a robot on a map": {},
+    "a robot whose laser has several echoes": {"laser_proc": {}},
     "a robot that makes a map": {"depthimage_to_laserscan": {}},
     "a robot that sees and follows people": {"torso_detector": {}, "leg_detector": {}, "follow_person": {}},
     "a robot in the traffic": {"traffic": {}},

@@ -21,6 +21,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.teleoperation import TeleopParameters
 from ppaas.nodes.follow_path.node import FollowPathParameters
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.laser_proc import LaserProcParameters
 from ppaas.nodes.map_server.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
@@ -47,6 +48,7 @@ NODES: dict[str, type[Parameters]] = {
     "waypoint_follower": WaypointFollowerParameters,
     "robot_state_publisher": StatePublisherParameters,
     "depthimage_to_laserscan": DepthScanParameters,
+    "laser_proc": LaserProcParameters,
     "torso_detector": TorsoDetectorParameters,
     "leg_detector": LegDetectorParameters,
     "people_tracker": PeopleTrackerParameters,

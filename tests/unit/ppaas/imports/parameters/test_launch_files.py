@@ -3,8 +3,8 @@
 import pytest
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.amcl import import_amcl
 from ppaas.imports.parameters.launch_files import MAX_LAUNCH, read_parameters
+from ppaas.imports.parameters.ros1.amcl import import_amcl
 from ppaas.imports.parameters.ros1.importing import import_ros1
 from ppaas.imports.parameters.slam.gmapping import import_gmapping
 from ppaas.imports.report import ImportReport

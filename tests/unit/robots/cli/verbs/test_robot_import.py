@@ -1,4 +1,4 @@
-"""``ppaas robot put`` with parameter files of ROS 1 and of mapping programs."""
+"""``ppaas robot put`` with parameter files of other programs."""
 
 import json
 from pathlib import Path
