@@ -22,9 +22,7 @@ STRAIGHT = JOINS / 2.0
 class LaneConflict(InvalidInput):
     """Lanes are too near to each other or too short for robots; ``lanes`` names those that are in conflict."""
 
-    lanes: tuple[str, ...] = ()
-
-    def __init__(self, text: str, lanes: Sequence[str]) -> None:
+    def __init__(self, text: str, lanes: Sequence[str] = ()) -> None:
         super().__init__(text)
         self.lanes = tuple(lanes)
 

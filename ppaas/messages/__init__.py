@@ -17,11 +17,12 @@ from ppaas.messages import (
     rosapi,
     sensor_msgs,
     slam_toolbox,
+    std_srvs,
     tf2_msgs,
     tf2_web_republisher,
     vision_msgs,
 )
-from ppaas.messages.base import map_msgs, std_msgs, std_srvs
+from ppaas.messages.base import map_msgs, std_msgs
 from ppaas.messages.base.message import Lazy, Message, ServiceType
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.registry import message_type, message_types, service_type, type_name

@@ -29,9 +29,9 @@ def test_planners_controllers_zones_and_releases_are_those_of_the_code() -> None
 
 
 @pytest.mark.journey
-def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_shell_commands_work(own_cloud: RunningCloud, tmp_path: Path) -> None:
     [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
-    printed = run_shell(f"{login}\n{script(PAGE)}", tmp_path, cloud)
+    printed = run_shell(f"{login}\n{script(PAGE)}", tmp_path, own_cloud)
     assert "tb1-ros2" in printed
     written = {path.name for path in (tmp_path / "tb1-ros2").iterdir()}
     listed = {name for row in table(PAGE, "file", "what it has") for name in re.findall(r"[\w.]+\.\w+", row[0])}

@@ -66,9 +66,9 @@ def test_the_examples_are_the_same_lanes_in_three_formats() -> None:
 
 
 @pytest.mark.journey
-def test_the_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_commands_work(own_cloud: RunningCloud, tmp_path: Path) -> None:
     [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
-    printed = run_shell(f"{login}\n{script(PAGE)}\nppaas map zones office", tmp_path, cloud)
+    printed = run_shell(f"{login}\n{script(PAGE)}\nppaas map zones office", tmp_path, own_cloud)
     assert (tmp_path / "lanes.png").is_file()
     assert "pick_drop" in printed
     assert re.search(r"^meeting door +capacity +1 robot", printed, re.MULTILINE)

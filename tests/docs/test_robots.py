@@ -96,7 +96,7 @@ def test_the_depth_camera_parameters_are_those_of_the_code() -> None:
 
 ROS1_PAGE = text_of("docs/ros1.md")
 
-NOT_OF_ROS_1 = {"goal_update"}
+NOT_OF_ROS_1 = {"goal_update", "dynamic_pose"}
 """Topics of Nav2 that a robot with ROS 1 may have, and that the page leaves out."""
 
 

@@ -16,7 +16,7 @@ from ppaas.clock import epoch
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.base.message import Empty
-from ppaas.messages.base.std_srvs import Trigger, TriggerResponse
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.topics import Version

@@ -18,9 +18,9 @@ from ppaas.localization.pose_tracker import POINTS, PoseTracker
 from ppaas.localization.scan_match import check_plausible
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import String, Time
-from ppaas.messages.base.std_srvs import EmptyService
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity, has_driven

@@ -18,7 +18,6 @@ from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import EmptyService
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
@@ -28,6 +27,7 @@ from ppaas.messages.people_coordination import GoalUpdate, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events
 from ppaas.navigation.move_base import MoveBase

@@ -13,7 +13,6 @@ from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import String, Time
-from ppaas.messages.base.std_srvs import EmptyService
 from ppaas.messages.octomap_msgs import (
     BoundingBoxQuery,
     BoundingBoxQueryRequest,
@@ -24,6 +23,7 @@ from ppaas.messages.octomap_msgs import (
     GetOctomapResponse,
 )
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
+from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic

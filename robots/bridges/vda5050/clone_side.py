@@ -12,10 +12,10 @@ from ppaas.errors import MalformedMessage, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Bool, Header, String
-from ppaas.messages.base.std_srvs import TriggerResponse
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.messages.nav_msgs import Odometry, Path
+from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
 from ppaas.wire.vda5050.agv.agv import Agv
 from ppaas.wire.vda5050.agv.commands import Command, Drive, DriveResult, Execute, LimitSpeed, Localize, RobotPose, Stop

@@ -12,7 +12,7 @@ from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import Refusal
 from engine.specs.containers import ContainerSpec, Launch
 from ppaas.messages import decode
-from ppaas.messages.base.std_srvs import TriggerResponse
+from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Checkpoint
 from ppaas.plans.reuse.time_estimates import Times
 from tests.support.engine.engine_links import pair, receive

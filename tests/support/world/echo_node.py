@@ -6,10 +6,10 @@ from typing import ClassVar
 from ppaas.errors import InvalidInput
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import Trigger, TriggerResponse
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 
 

@@ -67,7 +67,7 @@ PROCESSES = [
     "engine/remote/ray/agent.py", "engine/remote/ray/watcher.py", "endpoints/cloud_processes/server.py",
     "endpoints/cloud_processes/serving.py", "endpoints/robot_checks/check_program.py", "robots/bridges/cli/running.py",
     "robots/bridges/cli/vda5050.py", "robots/cli/commands/demo.py", "robots/cli/commands/simulate.py",
-    "robots/onboard/executor/local_executor.py",
+    "robots/onboard/executor/local_executor.py", "robots/mcp/command.py",
 ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from engine.protocols.refusals import Refusal
 from engine.specs.containers import LINK_STATE, ContainerSpec
 from ppaas.messages import decode
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import TriggerResponse
+from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Node, Payload, Topic
 from tests.support.engine.container_peers import ContainerPeers, say
 from tests.support.engine.engine_links import receive

@@ -8,8 +8,8 @@ from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, U
 from ppaas.messages import decode
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import Float64, String
-from ppaas.messages.base.std_srvs import Trigger, TriggerResponse
 from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire import operations, rosbridge
 from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport, failure_of
 

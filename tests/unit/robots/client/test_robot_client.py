@@ -22,8 +22,8 @@ from ppaas.errors import (
 )
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import EmptyService, Trigger, TriggerResponse
 from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.messages.std_srvs import EmptyService, Trigger, TriggerResponse
 from robots.client import connection_keeper
 from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient

@@ -12,7 +12,7 @@ import pytest
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import Float64, String
-from ppaas.messages.base.std_srvs import Trigger, TriggerResponse
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.resumption import ENDPOINT_HEADER, ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
 from robots.client.connection import Address
 from robots.client.robot_client import RobotClient

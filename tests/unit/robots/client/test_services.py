@@ -11,7 +11,7 @@ from ppaas.errors import Conflict, MalformedMessage, NotFound, Unavailable
 from ppaas.messages import Message
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse
+from ppaas.messages.std_srvs import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from robots.client import services
 from robots.client.robot_client import RobotClient

@@ -10,12 +10,12 @@ from ppaas.errors import Conflict, Unavailable
 from ppaas.messages import ServiceType, decode, encode
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.base.std_srvs import Trigger, TriggerResponse
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.sensor_msgs import Image
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.message_checks import fingerprint
 from ppaas.nodes.topics import TOPICS

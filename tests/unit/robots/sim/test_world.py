@@ -250,6 +250,8 @@ READERS_OF_THE_TRUTH = {
     # carry out what robots measure of people, and score it
     "benchmarks/people/runs/scene.py", "benchmarks/people/runs/robot.py",
     "benchmarks/people/bandwidth.py", "benchmarks/people/legs.py",
+    "benchmarks/imports/drives.py",  # measures how far a robot is from its goal
+    "robots/sim/mavlink/rover.py",  # an autopilot, which localizes itself
     "benchmarks/fleet/traffic.py",  # places robots at their starts, and measures how near they come
     "benchmarks/service/dashboard_under_load.py",  # registers the robots at their starts
     "benchmarks/chaos/robot_under_test.py",  # tells how far a robot is from a goal that does not end

@@ -12,7 +12,7 @@ from engine.sessions.place.place import Place
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages import decode
 from ppaas.messages.base.std_msgs import String
-from ppaas.messages.base.std_srvs import TriggerResponse
+from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Topic
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.engine.container_peers import ContainerPeers
