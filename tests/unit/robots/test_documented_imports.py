@@ -58,7 +58,10 @@ def documented() -> list[str]:
 
 def load(path: str) -> object:
     module, _, name = path.partition(":")
-    return getattr(importlib.import_module(module), name)
+    try:
+        return getattr(importlib.import_module(module), name)
+    except AttributeError:  # a module that nothing has imported yet
+        return importlib.import_module(f"{module}.{name}")
 
 
 @pytest.mark.parametrize("path", documented())
