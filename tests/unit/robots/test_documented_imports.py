@@ -60,8 +60,11 @@ def load(path: str) -> object:
     module, _, name = path.partition(":")
     try:
         return getattr(importlib.import_module(module), name)
-    except AttributeError:  # a module that nothing has imported yet
-        return importlib.import_module(f"{module}.{name}")
+    except AttributeError as error:
+        try:
+            return importlib.import_module(f"{module}.{name}")  # which nothing has imported yet
+        except ModuleNotFoundError:
+            raise error from None
 
 
 @pytest.mark.parametrize("path", documented())

@@ -8,7 +8,8 @@ import pytest
 
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
-from ppaas.messages.base import std_msgs, std_srvs
+from ppaas.messages import std_srvs
+from ppaas.messages.base import std_msgs
 from ppaas.messages.base.message import Message
 from ppaas.nodes import topic_bus
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service, Topic

@@ -7,7 +7,8 @@ import pytest
 
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound, PPaaSError, Unavailable
-from ppaas.messages.base import std_msgs, std_srvs
+from ppaas.messages import std_srvs
+from ppaas.messages.base import std_msgs
 from ppaas.messages.base.message import Empty, Message
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.graph import Graph
