@@ -4,6 +4,7 @@ import json
 import re
 
 from ppaas.errors import InvalidInput
+from ppaas.imports.collection import uncollected
 from ppaas.imports.graphs.connectivity import report_connections, report_crossings
 from ppaas.imports.graphs.fitting import fitted, report_room
 from ppaas.imports.graphs.formats.dxf_lines import read_dxf
@@ -30,6 +31,7 @@ _DXF = re.compile(rb"^(\s*999[^\n]*\n[^\n]*\n)*\s*0\s*\n\s*SECTION\b")
 _BINARY_DXF = b"AutoCAD Binary DXF"
 
 
+@uncollected()
 def import_graph(
     content: bytes, name: str, options: GraphOptions = NO_OPTIONS, info: GridInfo | None = None
 ) -> tuple[ZoneSet, ImportReport]:

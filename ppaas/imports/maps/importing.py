@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.imports.collection import uncollected
 from ppaas.imports.maps.clouds import cloud_map, las
 from ppaas.imports.maps.clouds.octomap_file import MAGIC, read_octomap
 from ppaas.imports.maps.clouds.pcd import read_pcd
@@ -47,6 +48,7 @@ _NEXT_STEPS = {
 }  # fmt: skip
 
 
+@uncollected()
 def import_map(content: bytes, name: str, options: MapOptions | None = None) -> Imported:
     """Import a map.
 
