@@ -11,7 +11,7 @@ from engine.specs.containers import RobotConfig
 from ppaas import __version__
 from ppaas.errors import PPaaSError
 from ppaas.maps.new_map import NEW
-from ppaas.messages.rosapi import GetParamRequest, GetParamResponse
+from ppaas.messages.base.rosapi import GetParamRequest, GetParamResponse
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode

@@ -14,7 +14,6 @@ from ppaas.messages import (
     people_coordination,
     people_msgs,
     ppaas_msgs,
-    rosapi,
     sensor_msgs,
     slam_toolbox,
     std_srvs,
@@ -22,7 +21,7 @@ from ppaas.messages import (
     tf2_web_republisher,
     vision_msgs,
 )
-from ppaas.messages.base import map_msgs, std_msgs
+from ppaas.messages.base import map_msgs, rosapi, std_msgs
 from ppaas.messages.base.message import Lazy, Message, ServiceType
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.registry import message_type, message_types, service_type, type_name

@@ -31,12 +31,12 @@ from msgspec import inspect
 from ppaas.decoding import converted, describe
 from ppaas.errors import MalformedMessage
 from ppaas.messages.base.message import Message, message_of, plain, struct_of
+from ppaas.messages.base.rosapi import GetParamRequest
 from ppaas.messages.base.spelling import MAX_TOLERATED, read_json, to_ros1
 from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.geometry_msgs import Twist, TwistStamped
 from ppaas.messages.nav2_msgs import ComputePathThroughPosesGoal, NavigateThroughPosesGoal
 from ppaas.messages.nav_msgs import Goals
-from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
 
 M = TypeVar("M", bound=Message)

@@ -10,12 +10,12 @@ from ppaas.messages import (
     move_base_msgs,
     nav2_motions,
     nav2_msgs,
+    nav2_routes,
     nav_msgs,
     octomap_msgs,
     people_coordination,
     people_msgs,
     ppaas_msgs,
-    rosapi,
     sensor_msgs,
     slam_toolbox,
     std_srvs,
@@ -23,9 +23,9 @@ from ppaas.messages import (
     tf2_web_republisher,
     vision_msgs,
 )
-from ppaas.messages.base import map_msgs, std_msgs
+from ppaas.messages.base import map_msgs, rosapi, std_msgs
 from ppaas.messages.base.message import Message, ServiceType
-from ppaas.messages.fleet import fleet_plans, nav2_routes, traffic
+from ppaas.messages.fleet import fleet_plans, traffic
 from ppaas.messages.health import diagnostic_msgs, stops, watching
 from ppaas.messages.operators import teleoperation
 

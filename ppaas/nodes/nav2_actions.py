@@ -2,10 +2,9 @@
 
 from typing import NamedTuple
 
-from ppaas.messages import explore_msgs, nav2_motions, nav2_msgs
+from ppaas.messages import explore_msgs, nav2_motions, nav2_msgs, nav2_routes
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.message import Message
-from ppaas.messages.fleet import nav2_routes
 from ppaas.nodes.base import Topic
 
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from msgspec import inspect
 
 from ppaas.messages.base.message import NO_ARRAY, Message, message_of, plain, struct_of
+from ppaas.messages.base.rosapi import TypeDef
 from ppaas.messages.base.std_msgs import Duration, Time
 from ppaas.messages.registry import type_name
-from ppaas.messages.rosapi import TypeDef
 
 ANY_LENGTH = 0
 _RULE = "=" * 80

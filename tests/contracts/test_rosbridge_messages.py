@@ -23,6 +23,7 @@ from ppaas.errors import MalformedMessage, PPaaSError
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import decode, encode, message_type, message_types
 from ppaas.messages.base.message import Message
+from ppaas.messages.base.rosapi import GetParamRequest
 from ppaas.messages.base.spelling import MAX_TOLERATED
 from ppaas.messages.base.std_msgs import Bool, Duration, Header, String, Time
 from ppaas.messages.codec import MAX_WITH_BYTES
@@ -34,7 +35,6 @@ from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesGoal,
 )
 from ppaas.messages.nav_msgs import GetPlanRequest, Odometry
-from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, RegionOfInterest
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.graph import Graph

@@ -12,10 +12,10 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Empty
+from ppaas.messages.base.rosapi import ServiceNode, ServiceNodeResponse, ServiceRequest
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
-from ppaas.messages.rosapi import ServiceNode, ServiceNodeResponse, ServiceRequest
 from robots import cli
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient

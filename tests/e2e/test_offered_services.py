@@ -10,7 +10,7 @@ import pytest
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.messages.base.message import Empty
-from ppaas.messages.rosapi import Services, ServicesResponse
+from ppaas.messages.base.rosapi import Services, ServicesResponse
 from ppaas.messages.std_srvs import EmptyService, SetBool, SetBoolRequest, SetBoolResponse
 from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot

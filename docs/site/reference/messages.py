@@ -7,7 +7,7 @@ from docs.site.reference.markdown import code, slug, table
 from docs.site.reference.markdown import page as joined
 from ppaas.messages import Message
 from ppaas.messages.base.message import NO_ARRAY
-from ppaas.messages.rosapi import TypeDef
+from ppaas.messages.base.rosapi import TypeDef
 from ppaas.wire.typedefs import ANY_LENGTH, typedefs
 
 INTRODUCTION = """

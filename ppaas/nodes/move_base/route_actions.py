@@ -15,7 +15,8 @@ from ppaas.fleet.lane_routes import LaneGraph, LanePlace, LaneRoute
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Duration, Header, Time
-from ppaas.messages.fleet.nav2_routes import (
+from ppaas.messages.geometry_msgs import Point
+from ppaas.messages.nav2_routes import (
     ComputeAndTrackRouteActionGoal,
     ComputeAndTrackRouteFeedback,
     ComputeAndTrackRouteResult,
@@ -27,7 +28,6 @@ from ppaas.messages.fleet.nav2_routes import (
     RouteError,
     RouteNode,
 )
-from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.nav_msgs import Path
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived

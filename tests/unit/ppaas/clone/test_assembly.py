@@ -8,7 +8,7 @@ from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, NotFound
-from ppaas.messages.rosapi import GetParamRequest
+from ppaas.messages.base.rosapi import GetParamRequest
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.nav2_actions import NAV2_ACTIONS
 from ppaas.robot_model.known_models import robot_model

@@ -11,7 +11,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import NO_INFORMATION
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidParameter, Unavailable
-from ppaas.messages.rosapi import GetParamRequest
+from ppaas.messages.base.rosapi import GetParamRequest
 from ppaas.messages.slam_toolbox import DeserializePoseGraphRequest
 from ppaas.nodes.graph import Graph
 from tests.support.world.planar_world import walled_map

@@ -10,7 +10,7 @@ from ppaas.clone.outline_planning import planner_of
 from ppaas.clone.robot_body import robot_body, robot_heights
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, NotFound
-from ppaas.messages.rosapi import GetParamRequest
+from ppaas.messages.base.rosapi import GetParamRequest
 from ppaas.nodes.graph import Graph
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import robot_model

@@ -7,11 +7,11 @@ import pytest
 from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.messages import message_type, message_types, service_type
 from ppaas.messages.actionlib_msgs import GoalStatusArray
+from ppaas.messages.base.rosapi import TypeDef
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import PoseWithCovariance
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.messages.registry import type_name
-from ppaas.messages.rosapi import TypeDef
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.wire.names import NameScope
 from ppaas.wire.rosapi import SERVICES, GraphView, NodeView, answer, parameter_names_in_ros2

@@ -6,7 +6,6 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Duration, Header
-from ppaas.messages.fleet.nav2_routes import ComputeAndTrackRouteActionGoal, ComputeAndTrackRouteGoal
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_motions import (
     FollowObjectActionGoal,
@@ -14,6 +13,7 @@ from ppaas.messages.nav2_motions import (
     FollowPathActionGoal,
     FollowPathGoal,
 )
+from ppaas.messages.nav2_routes import ComputeAndTrackRouteActionGoal, ComputeAndTrackRouteGoal
 from ppaas.messages.nav_msgs import Path
 from ppaas.nodes.nav2_actions import COMPUTE_AND_TRACK_ROUTE, FOLLOW_OBJECT, FOLLOW_PATH
 from ppaas.zones.shapes import LineString
