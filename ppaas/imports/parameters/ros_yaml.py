@@ -11,6 +11,7 @@ import msgspec
 import yaml
 
 from ppaas.errors import InvalidParameter
+from ppaas.imports.collection import uncollected
 from ppaas.imports.yaml_depth import check_depth
 
 MAX_FILE = 2 << 20
@@ -61,6 +62,7 @@ _Leaf = tuple[tuple[str, ...], GivenValue]
 _Pair = tuple[yaml.Node, yaml.Node]
 
 
+@uncollected()
 def read_parameter_file(text: bytes) -> ParameterFile:
     """Read a parameter file. Values with substitutions, such as ``$(find pkg)``, stay text.
 

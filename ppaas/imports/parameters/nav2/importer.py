@@ -4,7 +4,6 @@ import sys
 from collections.abc import Iterable
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.collection import uncollected
 from ppaas.imports.parameters.draft import Draft
 from ppaas.imports.parameters.known_names import refuse_unknown, report_repeated
 from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, rule_of
@@ -19,7 +18,6 @@ from ppaas.imports.parameters.values import is_substitution, names_of
 from ppaas.imports.report import ImportReport
 
 
-@uncollected()
 def import_nav2(
     content: bytes, name: str, *, tree: bytes | None = None, namespace: str = ""
 ) -> tuple[Draft, ImportReport]:
