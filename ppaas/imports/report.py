@@ -62,14 +62,34 @@ class ImportReport:
         self.source = source
         self.entries: list[ReportEntry] = []
         self._suggestions = MOST_SUGGESTIONS
+        self._at: dict[str, int] = {}
+        self._before: int | None = None
 
     def taken(self, part: str, text: str = "", line: int = 0, *, to: str = "") -> None:
         """Add a part that was taken as it is."""
-        self.entries.append(ReportEntry(part, ImportOutcome.TAKEN, text, line, to))
+        self._add(ReportEntry(part, ImportOutcome.TAKEN, text, line, to))
 
     def translated(self, part: str, text: str, line: int = 0, *, to: str = "") -> None:
         """Add a part that became another name or value."""
-        self.entries.append(ReportEntry(part, ImportOutcome.TRANSLATED, text, line, to))
+        self._add(ReportEntry(part, ImportOutcome.TRANSLATED, text, line, to))
+
+    def _add(self, entry: ReportEntry) -> None:
+        if entry.to:
+            self._before = self._at.get(entry.to)
+            self._at[entry.to] = len(self.entries)
+        self.entries.append(entry)
+
+    def replaces_earlier(self, text: str) -> None:
+        """Report that the part added last replaces the value that was at its place in the native file.
+
+        Parameters
+        ----------
+        text : str
+            Why the part of the earlier value has no effect. Nothing is changed if the last part has no value there.
+        """
+        place, before = self.entries[-1].to, self._before
+        if place and before is not None and self.entries[before].to == place:
+            self.entries[before] = replace(self.entries[before], outcome=ImportOutcome.NO_EFFECT, text=text, to="")
 
     def without_effect(self, part: str, reason: str, line: int = 0) -> None:
         """Add a part that is known, but has no effect."""

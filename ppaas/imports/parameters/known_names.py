@@ -4,12 +4,10 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from ppaas.imports.parameters.ros_yaml import ROS2_KEY, GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, apply_rule, without_effect
 from ppaas.imports.parameters.values import is_substitution
-from ppaas.imports.report import ImportOutcome, ImportReport
+from ppaas.imports.report import ImportReport
 
 if TYPE_CHECKING:
     from ppaas.imports.parameters.draft import Translation
@@ -53,17 +51,8 @@ def as_ros_reads(given: GivenValue) -> GivenValue:
 def apply_once(rule: ParameterRule, part: str, given: GivenValue, into: "Translation") -> None:
     """Apply a rule to a parameter; others that the same place of the robot file had its value from lose, and say so."""
     draft, report = into
-    earlier = len(report.entries) - 1
     apply_rule(rule, part, as_ros_reads(given), draft, report)
-    place = report.entries[-1].to
-    if not place:
-        return
-    for index in range(earlier, -1, -1):  # one entry at most has a place, and often one of the last
-        if report.entries[index].to == place:
-            loser = report.entries[index]
-            text = f"{part} sets {place}, too, and wins"
-            report.entries[index] = replace(loser, outcome=ImportOutcome.NO_EFFECT, text=text, to="")
-            return
+    report.replaces_earlier(f"{part} sets {rule.to}, too, and wins")
 
 
 def is_left_open(part: str, given: GivenValue, report: ImportReport) -> bool:

@@ -40,7 +40,6 @@ class DraftWriter:
         self.report = report
         self.draft: Draft = {}
         self.controller = MoveBaseParameters().base_local_planner
-        self._entries: dict[str, int] = {}
 
     def of_controller(self) -> dict[str, Any]:
         """Return the parameters of the local planner in the draft."""
@@ -56,24 +55,13 @@ class DraftWriter:
             self.report.without_effect(part, reason, given.line)
             return
         apply_rule(rule, part, given, self.draft, self.report)
-        self._settle(rule.to)
+        self.report.replaces_earlier(f"{part} sets {rule.to}, and wins")
 
     def translate(self, place: str, value: Any, part: str, text: str, line: int = 0) -> None:
         """Put a value at a place of the draft, and report it."""
         put(self.draft, place, value)
         self.report.translated(part, f"{place} = {value!r}: {text}", line, to=place)
-        self._settle(place)
-
-    def _settle(self, place: str) -> None:
-        """Note whose value is at a place; the entry of the value before says that it lost."""
-        entries, last = self.report.entries, len(self.report.entries) - 1
-        if not place or entries[last].to != place:
-            return
-        before = self._entries.get(place)
-        if before is not None:
-            text = f"{entries[last].part} sets {place}, and wins"
-            entries[before] = replace(entries[before], outcome=ImportOutcome.NO_EFFECT, text=text, to="")
-        self._entries[place] = last
+        self.report.replaces_earlier(f"{part} sets {place}, and wins")
 
     def drop(self, place: str, reason: str) -> None:
         """Leave a value out of the draft; the report says why."""
@@ -84,7 +72,6 @@ class DraftWriter:
         if name in table:
             del table[name]
             self.report.withdraw(place, ImportOutcome.NO_EFFECT, reason)
-            self._entries.pop(place, None)
 
     # -- plug-ins ------------------------------------------------------------------------------------------------------
 
