@@ -151,8 +151,8 @@ class Spin(BehaviorKind):
         return f"turned by {done:.2f} of {goal.amount:.2f} rad"
 
 
-class BackUp(BehaviorKind):
-    """Straight motion backwards.
+class StraightMotion(BehaviorKind):
+    """Motion along a line, whose goals have a distance and a speed.
 
     Parameters
     ----------
@@ -160,12 +160,20 @@ class BackUp(BehaviorKind):
         Fastest speed of the robot [m/s].
     """
 
+    def __init__(self, top_speed: float) -> None:
+        self._top_speed = top_speed
+
+    def traveled(self, so_far: float, start: Pose2D, before: Pose2D, now: Pose2D) -> float:
+        """Return the distance from the start [m]."""
+        return start.distance_to(now)
+
+
+class BackUp(StraightMotion):
+    """Straight motion backwards."""
+
     topics = BACKUP
     codes = ErrorCodes(713, 711, 712, 714)
     doing = "backing up"
-
-    def __init__(self, top_speed: float) -> None:
-        self._top_speed = top_speed
 
     def goal(self, name: str, stamp: float, content: nav2_motions.BackUpGoal) -> BehaviorGoal:
         """Return the goal; as in Nav2 the robot drives backwards whatever the signs are, and not sideways."""
@@ -184,10 +192,6 @@ class BackUp(BehaviorKind):
         distance = max(goal.amount, 1e-3)
         return BackUpRecovery(backup_dist=distance, backup_speed=goal.speed, time_allowance=_no_limit(goal))
 
-    def traveled(self, so_far: float, start: Pose2D, before: Pose2D, now: Pose2D) -> float:
-        """Return the distance from the start [m]."""
-        return start.distance_to(now)
-
     def feedback(self, done: float, goal: BehaviorGoal) -> Message:
         """Return the distance."""
         return nav2_motions.BackUpFeedback(done)
@@ -201,21 +205,12 @@ class BackUp(BehaviorKind):
         return f"backed up by {done:.2f} of {goal.amount:.2f} m"
 
 
-class DriveOnHeading(BehaviorKind):
-    """Straight motion forwards, or backwards if distance and speed are negative.
-
-    Parameters
-    ----------
-    top_speed : float
-        Fastest speed of the robot [m/s].
-    """
+class DriveOnHeading(StraightMotion):
+    """Straight motion forwards, or backwards if distance and speed are negative."""
 
     topics = DRIVE_ON_HEADING
     codes = ErrorCodes(724, 721, 722, 723)
     doing = "driving straight"
-
-    def __init__(self, top_speed: float) -> None:
-        self._top_speed = top_speed
 
     def goal(self, name: str, stamp: float, content: nav2_motions.DriveOnHeadingGoal) -> BehaviorGoal:
         """Return the goal; as in Nav2, distance and speed have one sign, and the robot does not drive sideways."""
@@ -236,10 +231,6 @@ class DriveOnHeading(BehaviorKind):
         return StraightRecovery(
             distance, speed, time_allowance=_no_limit(goal), simulate_ahead_time=AHEAD, braking=BRAKING
         )
-
-    def traveled(self, so_far: float, start: Pose2D, before: Pose2D, now: Pose2D) -> float:
-        """Return the distance from the start [m]."""
-        return start.distance_to(now)
 
     def feedback(self, done: float, goal: BehaviorGoal) -> Message:
         """Return the distance."""
