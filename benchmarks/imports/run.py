@@ -51,7 +51,7 @@ class TriedFile(msgspec.Struct):
 
     @property
     def good(self) -> bool:
-        """Whether the file was imported, and a robot drove by it where that was tried."""
+        """Whether the import worked, and the drive, if one was tried."""
         return not self.error and not self.drove.startswith("no:")
 
 
@@ -62,7 +62,7 @@ class ImportsReport(msgspec.Struct):
 
     @property
     def passed(self) -> bool:
-        """Whether enough files were imported and driven by."""
+        """Whether the imports and drives of at least `SHARE` of the files worked."""
         return sum(each.good for each in self.files) >= SHARE * len(self.files)
 
     def rows(self) -> list[dict[str, Any]]:

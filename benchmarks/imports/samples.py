@@ -47,7 +47,7 @@ def samples(*, large: bool) -> list[Sample]:
     Parameters
     ----------
     large : bool
-        Whether files have about 10 MB; those of parameters have the 2 MiB that are allowed at most.
+        Whether files have about 10 MB; parameter files have 2 MiB, the limit of their size.
     """
     robots, side, cells, points = (5_000, 110, 1_070, 830_000) if large else (1, 6, 200, 20_000)
     return [

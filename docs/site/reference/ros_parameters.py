@@ -23,7 +23,7 @@ taken or translated; names without effect are in one row for each reason.
 
 _POSE = ParameterRule("initial_pose", "x, y [m] and yaw [rad]")
 _PLANNER = ParameterRule("base_local_planner", "see the names of plug-ins")
-_SPEED = ParameterRule("parameters.dwa.max_vel_x", "if it is lower; of elastic bands, that of mppi")
+_SPEED = ParameterRule("parameters.dwa.max_vel_x", "if it is lower; TebLocalPlannerROS sets parameters.mppi.max_vel_x")
 _MODE = {
     "mode": ParameterRule("parameters.grid_slam.mode", "or amcl for localization, and lifelong by its parameters"),
     "map_file_name": ParameterRule(text="refused: a file of the robot's disk; name a published map"),
