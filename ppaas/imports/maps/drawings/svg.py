@@ -1,12 +1,15 @@
 """Floor plans as SVG, rendered by resvg. Text is no wall, and doors are open."""
 
+import io
 import re
 from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image
 
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.drawings.names import is_door, is_other
-from ppaas.imports.maps.drawings.picture import draw_picture
 from ppaas.imports.maps.drawings.plan_picture import DrawnPlan, PlanOptions, pixels_of
 from ppaas.imports.report import ImportReport
 
@@ -50,15 +53,13 @@ def draw_svg(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     ElementTree.register_namespace("", _NAMESPACE)
     try:
         # resvg would stop at ``width`` alone if the ratios differ.
-        png = bytes(resvg_py.svg_to_bytes(
-            svg_string=ElementTree.tostring(root, "unicode"), background="white", skip_system_fonts=True,
-            dpi=96.0,
-        ))  # fmt: skip
+        png = resvg_py.svg_to_bytes(
+            svg_string=ElementTree.tostring(root, "unicode"), background="white", skip_system_fonts=True, dpi=96.0
+        )
     except ValueError as error:
         raise InvalidMap(f"the SVG cannot be drawn: {error}") from error
-    drawn = draw_picture(png, options, ImportReport(report.source))
     report.taken("drawing", f"{width:g} × {height:g} units")
-    return DrawnPlan(drawn.greys, pixel)
+    return DrawnPlan(np.asarray(Image.open(io.BytesIO(png)).convert("L")), pixel)
 
 
 def _parsed(content: bytes) -> "Element":
