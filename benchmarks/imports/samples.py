@@ -122,7 +122,8 @@ def _layout(side: int) -> dict[str, object]:
         "projectIdentification": "bench", "creator": "bench", "exportTimestamp": "2026-11-30T00:00:00Z",
         "lifVersion": "1.0.0",
     }  # fmt: skip
-    return {"metaInformation": about, "layouts": [{"layoutId": "hall", "nodes": nodes, "edges": edges, "stations": []}]}
+    hall = {"layoutId": "hall", "layoutVersion": "1", "nodes": nodes, "edges": edges, "stations": []}
+    return {"metaInformation": about, "layouts": [hall]}
 
 
 def _flat(cells: int) -> dict[str, object]:
