@@ -104,8 +104,9 @@ def _strip(root: "Element", report: ImportReport) -> None:
     for parent in list(root.iter()):
         for child in list(parent):
             tag = child.tag.rpartition("}")[2] if isinstance(child.tag, str) else "comment"
-            words = " ".join(value for key, value in child.attrib.items() if key.rpartition("}")[2] in _NAMES)
-            kind = "texts" if tag in _TEXTS else "doors" if is_door(words) else "others" if is_other(words) else None
+            kind = "texts" if tag in _TEXTS else _kind(" ".join(
+                [value for key, value in child.attrib.items() if key.rpartition("}")[2] in _NAMES]
+            ))  # fmt: skip
             if kind is not None:
                 counts[kind] += 1
                 parent.remove(child)
@@ -115,3 +116,10 @@ def _strip(root: "Element", report: ImportReport) -> None:
         report.without_effect("texts", f"{counts['texts']}: text is no wall")
     if counts["others"]:
         report.without_effect("others", f"{counts['others']} elements named as dimensions, furniture or notes")
+
+
+def _kind(words: str) -> str | None:
+    """Return what an element is by its names; None for a wall."""
+    if not words:
+        return None
+    return "doors" if is_door(words) else "others" if is_other(words) else None
