@@ -1,6 +1,7 @@
-"""Bounds: a dictionary with a limited number of entries, and parsers of bounded numbers for command lines."""
+"""Bounds: a dictionary of few entries, packed data of a limited size, and parsers of numbers for command lines."""
 
 import math
+import zlib
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import TypeVar
@@ -32,6 +33,36 @@ class BoundedDict(OrderedDict[K, V]):
         self.move_to_end(key)
         if len(self) > self._size:
             self.popitem(last=False)
+
+
+def inflated(packed: bytes | memoryview, most: int, window: int = zlib.MAX_WBITS) -> bytes:
+    """Return data that zlib has packed; no more than its limit is unpacked.
+
+    Parameters
+    ----------
+    packed : bytes or memoryview
+        White space and zeros behind the end are ignored.
+    most : int
+        Largest size of the data [bytes].
+    window : int
+        Window and headers, as zlib takes them.
+
+    Raises
+    ------
+    zlib.error
+        It is damaged, its end is missing, or other data is behind its end.
+    OverflowError
+        The data is larger.
+    """
+    stream = zlib.decompressobj(window)
+    data = stream.decompress(packed, most + 1)
+    if len(data) > most:
+        raise OverflowError(f"more than {most} bytes")
+    if not stream.eof:
+        raise zlib.error("its end is missing")
+    if stream.unused_data.strip(b"\0 \t\r\n"):
+        raise zlib.error("other data is behind its end")
+    return data
 
 
 def whole(least: int = 1, most: int | None = None) -> Callable[[str], int]:

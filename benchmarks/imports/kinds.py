@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
-import yaml
-
+from benchmarks.imports import bare_parses as bare
 from benchmarks.imports import drives
 from ppaas.imports.graphs.reading import import_graph
+from ppaas.imports.maps.drawings.plan_import import import_plan
+from ppaas.imports.maps.drawings.plan_picture import PlanOptions, ScaleBar
 from ppaas.imports.maps.importing import import_map
 from ppaas.imports.parameters.clone_check import refusal
 from ppaas.imports.parameters.draft import Translation, robot_file
@@ -20,7 +20,8 @@ from ppaas.imports.parameters.slam.gmapping import import_gmapping
 from ppaas.imports.parameters.slam.slam_toolbox import import_slam_toolbox
 from ppaas.imports.report import ImportReport
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+CENTIMETRES = ScaleBar((0.0, 0.0), (100.0, 0.0), 1.0)
+"""Scale of pictures of floor plans, which have none of their own: a unit is a centimetre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +48,11 @@ class ImportKind:
     drive: Callable[[Any], str] | None = None
 
 
-def _yaml(content: bytes) -> object:
-    return yaml.load(content, Loader=_LOADER)
+def _plan(content: bytes, name: str) -> tuple[Any, ImportReport]:
+    """Import a floor plan; a drawing in DXF has units of its own."""
+    is_drawing = name.lower().endswith(".dxf")
+    imported, report, _ = import_plan(content, name, PlanOptions() if is_drawing else PlanOptions(CENTIMETRES))
+    return imported, report
 
 
 def _parameters(run: Callable[[bytes, str], Translation]) -> Callable[[bytes, str], tuple[Any, ImportReport]]:
@@ -65,24 +69,28 @@ def _file(pattern: str, words: bytes = b"") -> Callable[[str, bytes], bool]:
     return lambda given, content: name.search(given) is not None and inside.search(content) is not None
 
 
-_YAML, _JSON, _BINARY = r"\.ya?ml$", r"\.(geo)?json$", r"\.(pcd|ply|las|laz|e57|xyz|tiff?|asc)$"
+_YAML, _JSON, _BINARY = r"\.ya?ml$", r"\.(geo)?json$", r"\.(pcd|ply|e57|xyz|asc)$"
 _GRAPH = rb'"layouts"|"startid"|"FeatureCollection"'
 
 
 def _parameter_kind(name: str, words: bytes, run: Callable[[bytes, str], Translation]) -> ImportKind:
-    return ImportKind(name, _file(_YAML, words), _parameters(run), _yaml, drives.drive)
+    return ImportKind(name, _file(_YAML, words), _parameters(run), bare.yaml_tree, drives.drive)
 
 
 KINDS = (
-    ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, _yaml, drives.drive_lanes),
+    ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, bare.yaml_tree, drives.drive_lanes),
     _parameter_kind("slam_toolbox", rb"(?m)^/?(slam_toolbox|mapper_params)\S*:|use_scan_matching", import_slam_toolbox),
     _parameter_kind("Nav2", rb"ros__parameters", import_nav2),
     _parameter_kind("gmapping", rb"(?m)^\s*(particles|linearUpdate|maxUrange):", import_gmapping),
     _parameter_kind("ROS 1 navigation", rb":", import_ros1),
     ImportKind("cartographer", _file(r"\.lua$"), _parameters(import_cartographer), None, drives.drive),
-    ImportKind("graph", _file(_JSON, _GRAPH), import_graph, msgspec.json.decode, drives.drive_lanes),
+    ImportKind("graph", _file(_JSON, _GRAPH), import_graph, bare.json_tree, drives.drive_lanes),
     ImportKind("Lanelet2", _file(r"\.osm$"), import_graph, None, drives.drive_lanes),
-    ImportKind("map", _file(_JSON), import_map, msgspec.json.decode, drives.drive_on_imported),
+    ImportKind("map", _file(_JSON), import_map, bare.json_tree, drives.drive_on_imported),
+    ImportKind("cloud", _file(r"\.la[sz]$"), import_map, bare.las_points, drives.drive_on_imported),
+    ImportKind("raster", _file(r"\.tiff?$"), import_map, bare.raster_bands, drives.drive_on_imported),
+    ImportKind("floor plan", _file(r"\.dxf$"), _plan, bare.dxf_drawing, drives.drive_on_imported),
+    ImportKind("floor plan", _file(r"\.svg$"), _plan, bare.svg_picture, drives.drive_on_imported),
     ImportKind("cloud or raster", _file(_BINARY), import_map, None, drives.drive_on_imported),
 )
 """All kinds; the first that knows a file imports it."""

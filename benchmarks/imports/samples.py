@@ -8,6 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.imports.more_samples import drawings, mower, packed_cloud, raster
+
 Sample = tuple[str, bytes]
 """Name and content."""
 
@@ -50,13 +52,18 @@ def samples(*, large: bool) -> list[Sample]:
         Whether files have about 10 MB; parameter files have 2 MiB, the limit of their size.
     """
     robots, side, cells, points = (5_000, 110, 1_070, 830_000) if large else (1, 6, 200, 20_000)
+    rooms, packed, pixels, corners = (1_900, 2_300_000, 7_800, 200_000) if large else (9, 20_000, 200, 200)
     return [
         ("nav2.yaml", "".join(PARAMETERS.format(robot=f"robot{each}") for each in range(robots)).encode()),
         ("slam.yaml", MAPPING.encode()),
         ("route.geojson", msgspec.json.encode(_route_graph(side))),
         ("plant.lif.json", msgspec.json.encode(_layout(side))),
         ("flat.json", msgspec.json.encode(_flat(cells))),
+        ("mower.json", mower(corners)),
         *_clouds(points),
+        ("hall.laz", packed_cloud(_hall(packed))),
+        ("hall.tif", raster(pixels)),
+        *drawings(rooms),
     ]
 
 
@@ -115,7 +122,8 @@ def _layout(side: int) -> dict[str, object]:
         "projectIdentification": "bench", "creator": "bench", "exportTimestamp": "2026-11-30T00:00:00Z",
         "lifVersion": "1.0.0",
     }  # fmt: skip
-    return {"metaInformation": about, "layouts": [{"layoutId": "hall", "nodes": nodes, "edges": edges, "stations": []}]}
+    hall = {"layoutId": "hall", "layoutVersion": "1", "nodes": nodes, "edges": edges, "stations": []}
+    return {"metaInformation": about, "layouts": [hall]}
 
 
 def _flat(cells: int) -> dict[str, object]:
@@ -133,15 +141,20 @@ def _flat(cells: int) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _clouds(count: int) -> list[Sample]:
-    """Return a hall of 20 × 12 m as clouds: floor, walls, and a pillar."""
+def _hall(count: int) -> NDArray[np.float32]:
+    """Return points of a hall of 20 × 12 m [m]: floor and walls."""
     rng = np.random.default_rng(0)
     floor = np.column_stack((rng.uniform(0, 20, count // 2), rng.uniform(0, 12, count // 2), np.zeros(count // 2)))
     along = rng.uniform(0, 64, count - count // 2)
     corners = np.array([[0, 0], [20, 0], [20, 12], [0, 12], [0, 0]], float)
     starts = np.array([0.0, 20.0, 32.0, 52.0, 64.0])
     walls = np.column_stack([np.interp(along, starts, corners[:, axis]) for axis in (0, 1)])
-    points = np.concatenate((floor, np.column_stack((walls, rng.uniform(0, 2.5, len(along)))))).astype(np.float32)
+    return np.concatenate((floor, np.column_stack((walls, rng.uniform(0, 2.5, len(along)))))).astype(np.float32)
+
+
+def _clouds(count: int) -> list[Sample]:
+    """Return the hall as clouds."""
+    points = _hall(count)
     header = (
         f"# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {count}\nHEIGHT 1\n"
         f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\nDATA binary\n"

@@ -42,7 +42,7 @@ class Link(msgspec.Struct):
 
 
 class LinkedPlaces(NamedTuple):
-    """LinkedPlaces of a graph.
+    """Places of a graph, and the links between them.
 
     Parameters
     ----------
@@ -106,15 +106,18 @@ def _length(points: list[Place]) -> float:
 
 
 def _take_limits(link: Link, edge: GraphEdge) -> None:
-    for name in ("max_speed", "percent"):
-        limits = [limit for limit in (getattr(link, name), getattr(edge, name)) if limit is not None]
-        setattr(link, name, min(limits, default=None))
+    link.max_speed = _lower(link.max_speed, edge.max_speed)
+    link.percent = _lower(link.percent, edge.percent)
     if edge.group and edge.group not in link.groups:
         link.groups = (*link.groups, edge.group)
 
 
+def _lower(one: float | None, other: float | None) -> float | None:
+    return other if one is None or (other is not None and other < one) else one
+
+
 class LaneChain(NamedTuple):
-    """LinkedPlaces one after the other, between which nothing branches off.
+    """Links one after the other, between which nothing branches off.
 
     Parameters
     ----------
@@ -131,7 +134,13 @@ class LaneChain(NamedTuple):
     @property
     def points(self) -> list[Place]:
         """Positions from its start to its end [m]."""
-        return [self.links[0].points[0], *(point for link in self.links for point in link.points[1:])]
+        first, *others = self.links
+        return [*first.points, *(point for link in others for point in link.points[1:])]
+
+    @property
+    def size(self) -> int:
+        """Number of its positions."""
+        return sum(len(link.points) - 1 for link in self.links) + 1
 
 
 def chains_of(links: list[Link]) -> list[LaneChain]:

@@ -24,22 +24,22 @@ def within_limits(chains: list[LaneChain], most: int, straight: float, notes: Ga
     notes : GatheredNotes
         Takes what was left out.
     """
-    if sum(len(chain.points) for chain in chains) <= most:
+    if sum(chain.size for chain in chains) <= most:
         return chains
     simple = [_simplified(chain, straight) for chain in chains]
-    before, after = (sum(len(chain.points) for chain in some) for some in (chains, simple))
+    before, after = (sum(chain.size for chain in some) for some in (chains, simple))
     notes.translated("positions", f"{before - after} on straight parts were left out: a map may have {most} on lanes")
     kept, size = [], 0
     for number in _from_the_middle(simple):
         chain = simple[number]
-        if size + len(chain.points) > most:
+        if size + chain.size > most:
             notes.refused(
                 f"lane at {_place(chain)}",
                 f"a map may have {most} positions on lanes, and the graph has {after}; import a part of it, by a "
                 "level, a layer or a vehicle type, or divide the map",
             )
             continue
-        size += len(chain.points)
+        size += chain.size
         kept.append(number)
     return [simple[number] for number in sorted(kept)]
 
@@ -48,6 +48,8 @@ def _simplified(chain: LaneChain, straight: float) -> LaneChain:
     """Return a chain of one link whose corners are farther from its straight parts; its limits are kept by others."""
     import shapely  # noqa: PLC0415 - only imports of graphs need it
 
+    if chain.size == 2:
+        return chain
     links: list[Link] = []
     for link in chain.links:
         if links and _limits(links[-1]) == _limits(link):
@@ -87,5 +89,5 @@ def _from_the_middle(chains: Sequence[LaneChain]) -> list[int]:
 
 
 def _place(chain: LaneChain) -> str:
-    x, y = chain.points[0]
+    x, y = chain.links[0].points[0]
     return f"({x:.2f}, {y:.2f})"

@@ -111,8 +111,9 @@ def values_of_node(
     is_wanted : callable
         Returns whether the last part of a node's name, in lower case, may be the program's.
     report : ImportReport
-        It names nodes that are not wanted.
+        It takes names that occur twice in one mapping, and nodes that are not wanted.
     """
+    report_repeated(file, report)
     general = [name for name in file.nodes if not name.strip("/*")]
     named = [name for name in file.nodes if name not in general]
     wanted = [name for name in named if is_wanted(name.rpartition("/")[2].lower())]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.bounded import inflated
 from ppaas.errors import InvalidGraph
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closure import Closure
@@ -213,12 +214,11 @@ def _table(payload: memoryview | bytes, of: np.dtype[Any], what: str) -> NDArray
 
 def _decompressed(payload: memoryview | bytes, size: int, what: str) -> bytes:
     """Return decompressed data of a known size; no more than that is decompressed."""
-    inflater = zlib.decompressobj()
     try:
-        data = inflater.decompress(payload, size + 1)
-    except zlib.error as error:
+        data = inflated(payload, size)
+    except (zlib.error, OverflowError) as error:
         raise _not_rows(what) from error
-    if len(data) != size or not inflater.eof or inflater.unused_data:
+    if len(data) != size:
         raise _not_rows(what)
     return data
 

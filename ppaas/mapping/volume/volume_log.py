@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.bounded import inflated
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidMap
@@ -255,14 +256,14 @@ def _blocks(part: Part, pages: dict[tuple[int, int], memoryview], most: int) -> 
 def _unpacked(page: memoryview) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return the codes (n,) and the log-odds (n, 512) of a page whose checksum is right."""
     count = min(_PAGE.unpack_from(page)[2], PAGE)
-    data = zlib.decompressobj().decompress(page[_PAGE.size :], 4 + count * (8 + 6 * VOXELS))
     try:
+        data = inflated(page[_PAGE.size :], 4 + count * (8 + 6 * VOXELS))
         different = np.frombuffer(data, "<u4", 1)[0]
         codes = np.frombuffer(data, "<i8", count, 4).astype(np.int64)
         values = np.frombuffer(data, "<u4", different, 4 + 8 * count)
         indices = np.frombuffer(data, _index_type(different), -1, 4 + 8 * count + 4 * different)
         return codes, values[indices.reshape(count, VOXELS)].view(np.float32)
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, zlib.error, OverflowError) as error:
         raise _damaged() from error
 
 

@@ -33,6 +33,7 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
+from ppaas.bounded import inflated
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.messages.base.message import Message, message_of, plain, struct_of
 from ppaas.messages.base.std_msgs import Duration, Time
@@ -289,16 +290,12 @@ class Forwarder:
 
 
 def _decompress(data: bytes) -> bytes:
-    stream = zlib.decompressobj()
     try:
-        serialized = stream.decompress(data, MAX_SERIALIZED)
+        return inflated(data, MAX_SERIALIZED)
     except zlib.error as error:
-        raise MalformedMessage(f"the message of a forwarder is not compressed by zlib: {error}") from error
-    if stream.unconsumed_tail:
-        raise MessageTooLarge(f"the message of a forwarder has more than {MAX_SERIALIZED >> 20} MiB")
-    if not stream.eof:
-        raise MalformedMessage("the message of a forwarder is not complete: its zlib stream does not end")
-    return serialized
+        raise MalformedMessage(f"the message of a forwarder is not packed by zlib: {error}") from error
+    except OverflowError as error:
+        raise MessageTooLarge(f"the message of a forwarder has more than {MAX_SERIALIZED >> 20} MiB") from error
 
 
 # -- messages of interfaces on robots ----------------------------------------------------------------------------------

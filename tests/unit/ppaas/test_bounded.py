@@ -1,8 +1,10 @@
-"""Dictionaries with a limited number of entries, and bounded numbers of command lines."""
+"""Dictionaries with a limited number of entries, packed data of a limited size, and numbers of command lines."""
+
+import zlib
 
 import pytest
 
-from ppaas.bounded import BoundedDict, above_zero, whole
+from ppaas.bounded import BoundedDict, above_zero, inflated, whole
 from ppaas.errors import InvalidParameter
 
 
@@ -61,3 +63,23 @@ def test_number_must_be_positive_and_within_its_bound(text: str) -> None:
     assert above_zero(60)("0.5") == 0.5
     with pytest.raises(InvalidParameter, match="above 0 and up to 60, not"):
         above_zero(60)(text)
+
+
+@pytest.mark.parametrize("behind", [b"", b"\n", b"\0\0"])
+def test_packed_data_is_inflated_up_to_its_limit(behind: bytes) -> None:
+    packed = zlib.compress(b"map" * 100) + behind
+    assert inflated(packed, 300) == inflated(memoryview(packed), 1000) == b"map" * 100
+    with pytest.raises(OverflowError, match="more than 299 bytes"):
+        inflated(packed, 299)
+
+
+@pytest.mark.parametrize(
+    ("packed", "reason"),
+    [
+        (b"map", "header"), (zlib.compress(b"map")[:-1], "end is missing"), (b"", "end is missing"),
+        (zlib.compress(b"map") + zlib.compress(b"map"), "other data"), (zlib.compress(b"map")[:-1] + b"x", "check"),
+    ],
+)  # fmt: skip
+def test_damaged_packed_data_is_an_error(packed: bytes, reason: str) -> None:
+    with pytest.raises(zlib.error, match=reason):
+        inflated(packed, 100)

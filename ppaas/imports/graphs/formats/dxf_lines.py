@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -12,6 +12,7 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.lane_drawing import DrawnLane, network_of
 from ppaas.imports.drawing_file import UNITS, read_drawing, unit_code
 from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphOptions, Place, ReadGraph, RouteGraph
+from ppaas.imports.plain_entities import PlainEntity
 from ppaas.imports.report import ImportReport
 from ppaas.zones.zone import MOST_ON_LANES
 
@@ -46,33 +47,34 @@ def read_dxf(content: bytes, report: ImportReport, options: GraphOptions) -> Rea
     Unavailable
         ezdxf is not installed.
     """
-    document, faults = read_drawing(content, report.source, "graphs")
-    if faults:
-        report.translated("file", f"{faults} faults of the drawing were mended or left out by ezdxf")
+    drawing = read_drawing(content, report.source, "graphs")
+    if drawing.faults:
+        report.translated("file", f"{drawing.faults} faults of the drawing were mended or left out by ezdxf")
     by_layer: dict[str, list[Any]] = {}
     others: dict[str, int] = {}
-    for entity in _entities(document.modelspace()):
-        kind = entity.dxftype()
+    for entity in _entities(drawing.entities()):
+        is_plain = isinstance(entity, PlainEntity)
+        kind = entity.kind if is_plain else entity.dxftype()
         if kind in DRAWN:
-            by_layer.setdefault(entity.dxf.layer, []).append(entity)
+            by_layer.setdefault(entity.layer if is_plain else entity.dxf.layer, []).append(entity)
         else:
             others[kind] = others.get(kind, 0) + 1
     layers = _chosen(by_layer, options, report)
     for kind, count in sorted(others.items()):
         report.without_effect(f"{count} {kind}", "only lines, polylines, arcs and splines are lanes")
-    scale = _scale(document, [each for layer in layers for each in by_layer[layer]], report, options)
+    scale = _scale(drawing.document, [each for layer in layers for each in by_layer[layer]], report, options)
     lines = [line for layer in layers for line in _lines(layer, by_layer[layer], scale, report)]
     return ReadGraph(_graph(lines, report), report)
 
 
-def _entities(layout: Any) -> Iterator[Any]:
-    """Yield the entities of a layout, and those of its blocks."""
+def _entities(model: Iterable[Any]) -> Iterator[Any]:
+    """Yield the entities of a model, and those of its blocks."""
     left = MOST_ENTITIES
-    waiting = [(entity, 0) for entity in layout][::-1]
+    waiting = [(entity, 0) for entity in model][::-1]
     while waiting and left:
         entity, depth = waiting.pop()
         left -= 1
-        if entity.dxftype() == "INSERT" and depth < DEEPEST:
+        if not isinstance(entity, PlainEntity) and entity.dxftype() == "INSERT" and depth < DEEPEST:
             waiting += [(each, depth + 1) for each in entity.virtual_entities()][::-1]
         else:
             yield entity
@@ -113,7 +115,8 @@ def _scale(document: Any, entities: Sequence[Any], report: ImportReport, options
     if code in UNITS:
         report.translated("$INSUNITS", f"the unit is {units.unit_name(code)}: {UNITS[code]:g} m")
         return UNITS[code]
-    box = bbox.extents(entities, fast=True)
+    box = bbox.extents((each for each in entities if not isinstance(each, PlainEntity)), fast=True)
+    box.extend(point for each in entities if isinstance(each, PlainEntity) for point in each.points.tolist())
     size = max(box.size.x, box.size.y) if box.has_data else 0.0
     scale = 1.0 if size <= LARGEST else 0.001
     unit = "metres" if scale == 1.0 else "millimetres"
@@ -130,9 +133,11 @@ def _lines(layer: str, entities: Sequence[Any], scale: float, report: ImportRepo
     one_way = bool(ONE_WAY_LAYER.search(layer))
     found: list[DrawnLane] = []
     for entity in entities:
-        name = f"{layer} {entity.dxf.get('handle') or len(found) + 1}"
+        is_plain = isinstance(entity, PlainEntity)
+        name = f"{layer} {(entity.handle if is_plain else entity.dxf.get('handle')) or len(found) + 1}"
         try:
-            points = [(scale * at.x, scale * at.y) for at in make_path(entity).flattening(OFF / scale)]
+            corners = entity.points if is_plain else [(at.x, at.y) for at in make_path(entity).flattening(OFF / scale)]
+            points = [(float(scale * x), float(scale * y)) for x, y in corners]
         except (TypeError, ValueError, ZeroDivisionError) as error:
             report.refused(name, f"{error!s:.100}")
             continue

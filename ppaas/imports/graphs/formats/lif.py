@@ -13,7 +13,7 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.formats.json_text import lenient_json
-from ppaas.imports.graphs.formats.lif_fields import check_fields, field, number, objects, text
+from ppaas.imports.graphs.formats.lif_fields import checked_fields, field, number, objects, text
 from ppaas.imports.graphs.formats.lif_names import as_before
 from ppaas.imports.graphs.model.cleaning import GraphBuilder
 from ppaas.imports.graphs.model.gathered import GatheredNotes
@@ -79,7 +79,7 @@ def lif_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOp
     """Return the graph of decoded JSON; see `read_lif`."""
     notes = GatheredNotes()
     tree = as_before(tree if {"layouts", "origins"} & tree.keys() else {"layouts": [tree]}, report)
-    check_fields(tree, notes)
+    tree = checked_fields(tree, notes)
     version = text(field(tree, "metaInformation"), "lifVersion")
     report.taken("lifVersion", f"{version or 'none'}; read as 0.11 to 2.0")
     at, layout = _chosen(objects(tree, "layouts"), options, report)
@@ -147,9 +147,9 @@ class _Reader:
 
     def _of_vehicle(self, given: Mapping[str, Any], name: str) -> list[tuple[int, Mapping[str, Any]]]:
         found = objects(given, name)
-        return [
-            (at, each) for at, each in found if self._vehicle is None or text(each, "vehicleTypeId") == self._vehicle
-        ]
+        if self._vehicle is None:
+            return found
+        return [(at, each) for at, each in found if text(each, "vehicleTypeId") == self._vehicle]
 
     def _read_node(self, part: str, given: Mapping[str, Any]) -> None:
         key, position = text(given, "nodeId"), field(given, "nodePosition")
@@ -178,7 +178,7 @@ class _Reader:
     # -- edges ---------------------------------------------------------------------------------------------------------
 
     def _read_edge(self, part: str, given: Mapping[str, Any]) -> None:
-        key, start, end = (text(given, name) for name in ("edgeId", "startNodeId", "endNodeId"))
+        key, start, end = text(given, "edgeId"), text(given, "startNodeId"), text(given, "endNodeId")
         every = objects(given, "vehicleTypeEdgeProperties")
         properties = self._of_vehicle(given, "vehicleTypeEdgeProperties")
         if every and not properties:
@@ -186,7 +186,11 @@ class _Reader:
             return
         limits = [limit for _, each in properties if (limit := number(each, "maxSpeed")) is not None]
         low = min((limit for limit in limits if 0.0 < limit <= 100.0), default=None)
-        curves = [curve for at, each in properties if (curve := self._curve(f"{part} of {at}", each)) is not None]
+        curves = [
+            curve
+            for at, each in properties
+            if "trajectory" in each and (curve := self._curve(f"{part} of {at}", each)) is not None
+        ]
         between: tuple[Place, ...] = ()
         if curves:
             between = self._between(part, curves[0], start, end)
@@ -197,8 +201,9 @@ class _Reader:
             several = ", the lowest of its types of vehicles" if len(set(limits)) > 1 else ""
             self._notes.translated(f"{part}.maxSpeed", f"a zone that limits the speed to {low:g} m/s{several}")
         for _, each in properties:
-            for name in each.keys() & _WITHOUT_EFFECT.keys():
-                self._notes.without_effect(f"{part}.{name}", _WITHOUT_EFFECT[name])
+            for name in each:
+                if name in _WITHOUT_EFFECT:
+                    self._notes.without_effect(f"{part}.{name}", _WITHOUT_EFFECT[name])
 
     def _curve(self, part: str, properties: Mapping[str, Any]) -> list[Place] | None:
         given = field(properties, "trajectory")

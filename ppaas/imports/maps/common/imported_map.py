@@ -158,7 +158,7 @@ def report_cells(report: ImportReport, grid: GridMap) -> None:
         No cell is free, so that no robot can be on the map.
     """
     info = grid.info
-    free, occupied = int((grid.data == FREE).sum()), int((grid.data == OCCUPIED).sum())
+    free, occupied = (int(np.count_nonzero(grid.data == value)) for value in (FREE, OCCUPIED))
     if not free:
         raise InvalidMap("no cell of the map would be free, so that no robot can be on it")
     square = info.resolution**2

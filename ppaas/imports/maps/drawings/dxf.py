@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ppaas.errors import InvalidInput, InvalidMap
-from ppaas.imports.drawing_file import UNITS, read_drawing, unit_code
+from ppaas.imports.drawing_file import UNITS, ReadDrawing, read_drawing, unit_code
 from ppaas.imports.maps.common.imported_map import grid_around
 from ppaas.imports.maps.drawings.names import is_door, is_other
 from ppaas.imports.maps.drawings.plan_picture import DrawnPlan, PlanOptions
+from ppaas.imports.plain_entities import PlainEntity
 from ppaas.imports.report import ImportReport
+from ppaas.maps.grid import GridInfo
 
 MOST_ENTITIES = 500_000
 """Largest number of entities, with those of blocks counted as often as they are inserted."""
@@ -46,13 +48,13 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
         ezdxf is not installed.
     """
     try:
-        document, faults = read_drawing(content, report.source, "drawings")
+        drawing = read_drawing(content, report.source, "drawings")
     except InvalidInput as error:
         raise InvalidMap(str(error)) from error
-    if faults:
-        report.translated("file", f"{faults} faults of the drawing were mended or left out by ezdxf")
-    unit = _unit(document, options, report)
-    paths = list(_paths(document, options, options.resolution / 2.0 / unit, report))
+    if drawing.faults:
+        report.translated("file", f"{drawing.faults} faults of the drawing were mended or left out by ezdxf")
+    unit = _unit(drawing.document, options, report)
+    paths = list(_paths(drawing, options, options.resolution / 2.0 / unit, report))
     if not paths:
         raise InvalidMap("the DXF has no lines that are walls: name their layers with --layer NAME")
     corners = np.concatenate([path for path, _ in paths]) * unit
@@ -62,13 +64,21 @@ def draw_dxf(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
         paths = [(path - low / unit, is_area) for path, is_area in paths]
         low, high = np.zeros(2), high - low
     info = grid_around(low - MARGIN, high + MARGIN, options.resolution)
+    return DrawnPlan(_picture(paths, unit, info), options.resolution, (info.origin.x, info.origin.y))
+
+
+def _picture(paths: list[tuple[_Corners, bool]], unit: float, info: GridInfo) -> NDArray[np.uint8]:
+    """Return lines and areas, with corners in units of so many metres, drawn in black on white."""
     picture = Image.new("L", (info.width, info.height), 255)
     brush = ImageDraw.Draw(picture)
+    pixels = (np.concatenate([path for path, _ in paths]) * unit - (info.origin.x, info.origin.y)) / info.resolution
+    points = np.column_stack((pixels[:, 0], info.height - pixels[:, 1])).ravel().tolist()
+    end = 0
     for path, is_area in paths:
-        x, y = ((path * unit - (info.origin.x, info.origin.y)) / info.resolution).T
-        points = list(zip(x.tolist(), (info.height - y).tolist(), strict=True))
-        brush.polygon(points, fill=0) if is_area else brush.line(points, fill=0)
-    return DrawnPlan(np.asarray(picture), options.resolution, (info.origin.x, info.origin.y))
+        begin, end = end, end + path.size
+        corners = points[begin:end]
+        brush.polygon(corners, fill=0) if is_area else brush.line(corners, fill=0)
+    return np.asarray(picture)
 
 
 def _unit(document: Any, options: PlanOptions, report: ImportReport) -> float:
@@ -92,16 +102,23 @@ def _unit(document: Any, options: PlanOptions, report: ImportReport) -> float:
 
 
 def _paths(
-    document: Any, options: PlanOptions, tolerance: float, report: ImportReport
+    drawing: ReadDrawing, options: PlanOptions, tolerance: float, report: ImportReport
 ) -> Iterator[tuple[_Corners, bool]]:
     """Yield the corners of the lines and areas that are walls, and whether each is an area."""
     from ezdxf import path as paths  # noqa: PLC0415 - needed for these files alone
 
     counts: Counter[tuple[str, str]] = Counter()
-    for entity, layer in _entities(document.modelspace(), document, counts, ""):
-        reason = _reason(document, layer, options)
+    reasons: dict[str, str] = {}
+    for entity, layer in _entities(drawing.entities(), counts, ""):
+        if layer not in reasons:
+            reasons[layer] = _reason(drawing.document, layer, options)
+        reason = reasons[layer]
         counts[layer, reason] += 1
         if reason:
+            continue
+        if isinstance(entity, PlainEntity):
+            if np.isfinite(entity.points).all():
+                yield entity.points, False
             continue
         is_area = entity.dxftype() in _AREAS
         try:
@@ -116,13 +133,14 @@ def _paths(
 
 
 def _entities(
-    container: Any, document: Any, counts: Counter[tuple[str, str]], inherited: str, depth: int = 0
+    container: Iterable[Any], counts: Counter[tuple[str, str]], inherited: str, depth: int = 0
 ) -> Iterator[tuple[Any, str]]:
     """Yield entities with their layers; those of blocks on the layer 0 have the layer of the insertion."""
     for entity in container:
-        layer = str(entity.dxf.get("layer", "0"))
+        is_plain = isinstance(entity, PlainEntity)
+        layer = entity.layer if is_plain else str(entity.dxf.get("layer", "0"))
         layer = inherited if layer == "0" and inherited else layer
-        kind = entity.dxftype()
+        kind = entity.kind if is_plain else entity.dxftype()
         if sum(counts.values()) > MOST_ENTITIES:
             raise InvalidMap(f"the DXF has more than {MOST_ENTITIES} entities, with those of its blocks")
         if kind == "INSERT":
@@ -130,7 +148,7 @@ def _entities(
                 counts[layer, "doors: open"] += 1
             elif depth < MOST_DEPTH and entity.mcount <= 10_000:
                 for each in entity.multi_insert() if entity.mcount > 1 else (entity,):
-                    yield from _entities(each.virtual_entities(), document, counts, layer, depth + 1)
+                    yield from _entities(each.virtual_entities(), counts, layer, depth + 1)
             else:
                 counts[layer, "blocks in blocks: too many"] += 1
         elif kind in _LINES:

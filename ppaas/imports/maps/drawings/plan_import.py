@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.geometry import Pose2D
+from ppaas.imports.collection import uncollected
 from ppaas.imports.maps.common.enclosed import enclosed
 from ppaas.imports.maps.common.imported_map import ImportedMap, check_cells, grid_of, report_cells
 from ppaas.imports.maps.drawings.dxf import draw_dxf
@@ -31,6 +32,7 @@ LEAST_ENCLOSED = 0.25
 """Part of the rectangle around all walls that closed walls enclose; the insides of double lines are less."""
 
 
+@uncollected()
 def import_plan(
     content: bytes, name: str, options: PlanOptions | None = None
 ) -> tuple[ImportedMap, ImportReport, DrawnPlan]:

@@ -15,6 +15,9 @@ RESOLUTION = 0.05
 OVERSAMPLING = 3
 """Number of pixels along a cell in which a drawing is rendered: lines thinner than a cell are not lost."""
 
+MOST_PIXELS = 1 << 25
+"""Number of pixels beyond which a drawing is rendered in fewer along a cell."""
+
 DARK = 128
 """Grey below which a pixel is a wall, as default."""
 
@@ -119,7 +122,9 @@ def pixels_of(width: float, height: float, options: PlanOptions) -> tuple[int, i
     InvalidMap
         It is too large.
     """
-    unit, pixel = needed_scale(options).unit, options.resolution / OVERSAMPLING
-    check_cells(math.ceil(width * unit / options.resolution), math.ceil(height * unit / options.resolution), 1.0)
-    columns, rows = max(1, round(width * unit / pixel)), max(1, round(height * unit / pixel))
-    return columns, rows, pixel
+    unit = needed_scale(options).unit
+    across, down = width * unit / options.resolution, height * unit / options.resolution
+    check_cells(math.ceil(across), math.ceil(down), options.resolution)
+    fitting = (each for each in range(OVERSAMPLING, 1, -1) if across * down * each**2 <= MOST_PIXELS)
+    along = next(fitting, 1)
+    return max(1, round(across * along)), max(1, round(down * along)), options.resolution / along

@@ -1,12 +1,15 @@
 """Floor plans as SVG, rendered by resvg. Text is no wall, and doors are open."""
 
+import io
 import re
 from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image
 
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.drawings.names import is_door, is_other
-from ppaas.imports.maps.drawings.picture import draw_picture
 from ppaas.imports.maps.drawings.plan_picture import DrawnPlan, PlanOptions, pixels_of
 from ppaas.imports.report import ImportReport
 
@@ -50,15 +53,13 @@ def draw_svg(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     ElementTree.register_namespace("", _NAMESPACE)
     try:
         # resvg would stop at ``width`` alone if the ratios differ.
-        png = bytes(resvg_py.svg_to_bytes(
-            svg_string=ElementTree.tostring(root, "unicode"), background="white", skip_system_fonts=True,
-            dpi=96.0,
-        ))  # fmt: skip
+        png = resvg_py.svg_to_bytes(
+            svg_string=ElementTree.tostring(root, "unicode"), background="white", skip_system_fonts=True, dpi=96.0
+        )
     except ValueError as error:
         raise InvalidMap(f"the SVG cannot be drawn: {error}") from error
-    drawn = draw_picture(png, options, ImportReport(report.source))
     report.taken("drawing", f"{width:g} × {height:g} units")
-    return DrawnPlan(drawn.greys, pixel)
+    return DrawnPlan(np.asarray(Image.open(io.BytesIO(png)).convert("L")), pixel)
 
 
 def _parsed(content: bytes) -> "Element":
@@ -103,8 +104,9 @@ def _strip(root: "Element", report: ImportReport) -> None:
     for parent in list(root.iter()):
         for child in list(parent):
             tag = child.tag.rpartition("}")[2] if isinstance(child.tag, str) else "comment"
-            words = " ".join(value for key, value in child.attrib.items() if key.rpartition("}")[2] in _NAMES)
-            kind = "texts" if tag in _TEXTS else "doors" if is_door(words) else "others" if is_other(words) else None
+            kind = "texts" if tag in _TEXTS else _kind(" ".join(
+                [value for key, value in child.attrib.items() if key.rpartition("}")[2] in _NAMES]
+            ))  # fmt: skip
             if kind is not None:
                 counts[kind] += 1
                 parent.remove(child)
@@ -114,3 +116,10 @@ def _strip(root: "Element", report: ImportReport) -> None:
         report.without_effect("texts", f"{counts['texts']}: text is no wall")
     if counts["others"]:
         report.without_effect("others", f"{counts['others']} elements named as dimensions, furniture or notes")
+
+
+def _kind(words: str) -> str | None:
+    """Return what an element is by its names; None for a wall."""
+    if not words:
+        return None
+    return "doors" if is_door(words) else "others" if is_other(words) else None

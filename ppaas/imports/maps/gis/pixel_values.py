@@ -52,7 +52,7 @@ def cells_of_raster(
     unknown = int((~valid).sum())
     if unknown:
         report.translated("no data", f"{unknown} pixels are unknown")
-        cells[~valid] = UNKNOWN
+        np.copyto(cells, np.int8(UNKNOWN), where=~valid)
     return cells
 
 
@@ -60,9 +60,9 @@ def _meaning(bands: NDArray[np.generic], valid: NDArray[np.bool_]) -> str:
     band = bands[0]
     if len(bands) > 1:
         return GREYS
-    known = band[valid]
-    if not len(known):
+    if not valid.any():
         return OCCUPANCIES
+    known = np.where(valid, band, band.flat[valid.argmax()])
     least, most = float(known.min()), float(known.max())
     if band.dtype.kind == "f":
         return OCCUPANCIES if least >= 0.0 and most <= 1.0 else HEIGHTS
@@ -82,9 +82,14 @@ def _of_greys(bands: NDArray[np.generic]) -> _Cells:
 
 
 def _of_occupancies(bands: NDArray[np.generic]) -> _Cells:
-    band = bands[0].astype(np.float64)
-    if bands.dtype.kind == "f":
-        band = band * 100.0
+    band = bands[0]
+    if band.dtype == np.uint8:
+        return np.asarray(_cells_of(np.arange(256.0))[band])
+    return _cells_of(band * 100.0 if band.dtype.kind == "f" else band.astype(np.float64))
+
+
+def _cells_of(band: NDArray[np.float64]) -> _Cells:
+    """Return the cells of occupancies [%]; those between free and occupied are unknown."""
     cells = np.full(band.shape, UNKNOWN, np.int8)
     cells[(band >= 0.0) & (band < _FREE_BELOW)] = FREE
     cells[(band >= OCCUPIED_THRESHOLD) & (band <= OCCUPIED)] = OCCUPIED

@@ -8,13 +8,16 @@ from typing import Any
 
 import msgspec
 
+from ppaas.bounded import inflated
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.pictures import MAGIC as PNG
 
 MOST_BYTES = 1 << 27
 """Largest size of unpacked JSON [bytes]."""
 
-_GZIP, _ZLIB_FIRST = b"\x1f\x8b", 0x78
+_PACKED = (b"\x1f\x8b", b"\x78")
+"""First bytes of gzip and of zlib."""
+
 _ANY_HEADER = 32 + zlib.MAX_WBITS
 """Window of zlib that reads the headers of zlib and of gzip."""
 
@@ -32,15 +35,16 @@ def unpacked(content: bytes) -> bytes:
     """
     if content[:8] == PNG:
         content = _text_of_png(content)
-    content = content.removeprefix(b"\xef\xbb\xbf").strip()
-    if content[:1] not in (b"{", b"[") and content[:2] != _GZIP and content[:1] != bytes([_ZLIB_FIRST]):
-        try:
-            content = base64.b64decode(content, validate=True)
-        except binascii.Error as error:
-            raise InvalidMap("the file has neither JSON nor packed JSON") from error
-    if content[:2] == _GZIP or content[:1] == bytes([_ZLIB_FIRST]):
+    if content.startswith(_PACKED):
         return _inflated(content)
-    return content
+    text = content.removeprefix(b"\xef\xbb\xbf").strip()
+    if text[:1] in (b"{", b"["):
+        return text
+    try:
+        content = base64.b64decode(text, validate=True)
+    except binascii.Error as error:
+        raise InvalidMap("the file has neither JSON nor packed JSON") from error
+    return _inflated(content) if content.startswith(_PACKED) else content
 
 
 def decoded_json(content: bytes) -> Any:
@@ -58,16 +62,12 @@ def decoded_json(content: bytes) -> Any:
 
 
 def _inflated(packed: bytes) -> bytes:
-    unpacker = zlib.decompressobj(_ANY_HEADER)
     try:
-        content = unpacker.decompress(packed, MOST_BYTES)
+        return inflated(packed, MOST_BYTES, _ANY_HEADER)
     except zlib.error as error:
         raise InvalidMap(f"the packed JSON is damaged: {error}") from error
-    if unpacker.unconsumed_tail:
-        raise InvalidMap(f"the packed JSON has more than {MOST_BYTES >> 20} MiB")
-    if not unpacker.eof:
-        raise InvalidMap("the packed JSON is damaged: its end is missing")
-    return content
+    except OverflowError as error:
+        raise InvalidMap(f"the packed JSON has more than {MOST_BYTES >> 20} MiB") from error
 
 
 def _text_of_png(picture: bytes) -> bytes:

@@ -115,7 +115,9 @@ def _of(tree: Any, key: str) -> Any:
     """Return a value of a dict by a key in any case; None without one."""
     if not isinstance(tree, dict):
         return None
-    return next((value for name, value in tree.items() if str(name).lower() == key.lower()), None)
+    if key in tree:
+        return tree[key]
+    return next((value for name, value in tree.items() if name.lower() == key.lower()), None)
 
 
 # -- areas of each form ------------------------------------------------------------------------------------------------
@@ -164,7 +166,7 @@ def _ring(points: Any, farthest: float = FARTHEST) -> Ring | None:
     if not isinstance(points, list) or len(points) < 3:
         return None
     try:
-        ring = np.array([(_of(each, "x"), _of(each, "y")) for each in points], np.float64)
+        ring = np.array([_of(each, name) for each in points for name in "xy"], np.float64).reshape(-1, 2)
     except (TypeError, ValueError):
         return None
     return ring if np.isfinite(ring).all() and np.abs(ring).max() <= farthest else None

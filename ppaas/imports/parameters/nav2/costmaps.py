@@ -2,9 +2,10 @@
 
 from ppaas.clone.surroundings import MAX_PUBLISH_FREQUENCY
 from ppaas.imports.parameters.nav2.reasons import SHOWN, TRANSFORMS
-from ppaas.imports.parameters.nav2.tables import Given, NodeTable, PluginGroup, PluginTable, rules_of
+from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
+from ppaas.imports.parameters.outline_rules import OUTLINE_RULES
 from ppaas.imports.parameters.rules import without_effect
-from ppaas.imports.parameters.values import at_most, corners, flag, number, unless_zero, whole
+from ppaas.imports.parameters.values import at_most, flag, number, whole
 
 OF_MAP = "the static layer has the cells, the origin and the values of the map"
 OF_LOCAL = "local_costmap has the layer of what the laser sees"
@@ -200,20 +201,16 @@ def _groups(node: str) -> tuple[PluginGroup, ...]:
     )
 
 
-_BODY: dict[str, Given] = {
-    "robot_radius": ("global_costmap.robot_radius", unless_zero),
-    "footprint": ("global_costmap.footprint", lambda value: corners(value) if value and value != "[]" else None),
-}
-
 LOCAL_COSTMAP = NodeTable(
     "local_costmap",
     rules_of(
         "local_costmap",
         "width height footprint_padding",
-        {"publish_frequency": ("publish_frequency", at_most(MAX_PUBLISH_FREQUENCY)), **_BODY},
+        {"publish_frequency": ("publish_frequency", at_most(MAX_PUBLISH_FREQUENCY))},
         {**_NONE, OF_GLOBAL: "track_unknown_space lethal_cost_threshold"},
         {"width": number, "height": number, "footprint_padding": number},
-    ),
+    )
+    | OUTLINE_RULES,
     _groups("local_costmap"),
 )
 
@@ -222,10 +219,7 @@ GLOBAL_COSTMAP = NodeTable(
     rules_of(
         "global_costmap",
         "lethal_cost_threshold",
-        {
-            **_BODY,
-            "track_unknown_space": ("static_layer.track_unknown_space", flag),
-        },
+        {"track_unknown_space": ("static_layer.track_unknown_space", flag)},
         {
             **_NONE,
             "local_costmap has the padding": "footprint_padding",
@@ -233,6 +227,7 @@ GLOBAL_COSTMAP = NodeTable(
             "the global costmap is as large as the map": "width height",
         },
         {"lethal_cost_threshold": whole},
-    ),
+    )
+    | OUTLINE_RULES,
     _groups("global_costmap"),
 )

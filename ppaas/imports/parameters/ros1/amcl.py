@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
-from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, values_of_node
 from ppaas.imports.parameters.launch_files import read_parameters
 from ppaas.imports.parameters.nav2.importer import import_node
 from ppaas.imports.parameters.ros_yaml import GivenValue
@@ -25,7 +25,6 @@ def import_amcl(content: bytes, name: str) -> "Translation":
     """
     report = ImportReport(name)
     file = read_parameters(content, report)
-    report_repeated(file, report)
     node, given = values_of_node(file, lambda each: "amcl" in each, report)
     if file.is_ros2:
         return import_node("amcl", node, given, report), report

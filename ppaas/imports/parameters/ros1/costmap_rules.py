@@ -1,8 +1,9 @@
 """Rules for the parameters of costmap_2d of ROS 1: common ones, and those of the two costmaps."""
 
 from ppaas.clone.surroundings import MAX_PUBLISH_FREQUENCY
+from ppaas.imports.parameters.outline_rules import OUTLINE_RULES
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, same, without_effect
-from ppaas.imports.parameters.values import at_most, corners
+from ppaas.imports.parameters.values import at_most
 
 GLOBAL, LOCAL = "parameters.global_costmap.", "parameters.local_costmap."
 
@@ -13,10 +14,7 @@ _PLANE = "scans are projected to the ground; heights are those of voxel_layer, f
 _WINDOW = "the local costmap moves with the robot, and the global one is the map"
 _UPDATES = "costmaps change with each scan"
 _STALE = "scans and poses may be as old as move_base's transform_tolerance, which a cloud needs longer"
-
-
 _SHOWN = f"at most {MAX_PUBLISH_FREQUENCY:g} Hz"
-
 
 EITHER: ParameterRules = {
     **without_effect(_FRAMES, "global_frame", "robot_base_frame"),
@@ -44,8 +42,7 @@ EITHER: ParameterRules = {
 """Rules without effect in either costmap, for their layers and sources, too."""
 
 _OUTLINE: ParameterRules = {
-    "robot_radius": ParameterRule(GLOBAL + "robot_radius"),
-    "footprint": ParameterRule(GLOBAL + "footprint", convert=corners),
+    **OUTLINE_RULES,
     "footprint_padding": ParameterRule(LOCAL + "footprint_padding"),
 }
 

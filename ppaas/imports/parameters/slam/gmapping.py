@@ -1,8 +1,8 @@
 """Parameter files of gmapping: a robot that makes a map by ``grid_slam``, which knows gmapping's names."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, values_of_node
 from ppaas.imports.parameters.launch_files import read_parameters
 from ppaas.imports.parameters.ros_yaml import GivenValue
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules, put, same, without_effect
@@ -45,7 +45,7 @@ RULES: ParameterRules = {
 """Rules of gmapping."""
 
 
-def import_gmapping(content: bytes, name: str, new_map: str = "map") -> tuple[dict[str, Any], ImportReport]:
+def import_gmapping(content: bytes, name: str, new_map: str = "map") -> "Translation":
     """Translate a parameter file of gmapping, or a launch file, into a part of a robot file: the robot makes a map.
 
     Parameters
@@ -61,12 +61,11 @@ def import_gmapping(content: bytes, name: str, new_map: str = "map") -> tuple[di
     InvalidParameter
         The file cannot be read as parameters.
     """
-    report, draft = ImportReport(name), dict[str, Any]()
-    file = read_parameters(content, report)
-    report_repeated(file, report)
-    node, given = values_of_node(file, lambda each: "gmapping" in each, report)
-    apply_gmapping(given, node, (draft, report), new_map)
-    return draft, report
+    into: Translation = ({}, ImportReport(name))
+    report = into[1]
+    node, given = values_of_node(read_parameters(content, report), lambda each: "gmapping" in each, report)
+    apply_gmapping(given, node, into, new_map)
+    return into
 
 
 def apply_gmapping(given: dict[str, GivenValue], node: str, into: "Translation", new_map: str) -> None:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ppaas.errors import InvalidParameter
-from ppaas.imports.parameters.known_names import apply_known, is_left_open, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, is_left_open, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import put
 from ppaas.imports.parameters.slam.slam_toolbox_rules import LOCALIZATION_RULES, MAPPING_RULES, TOGETHER
@@ -48,7 +48,6 @@ def import_slam_toolbox(content: bytes, name: str, new_map: str = "map") -> "Tra
     file = read_parameter_file(content)
     into: Translation = ({}, ImportReport(name))
     draft, report = into
-    report_repeated(file, report)
     node, given = values_of_node(file, lambda each: "slam_toolbox" in each or "mapper" in each, report)
     together = {each: given.pop(each) for each in TOGETHER if each in given}
     prefix = f"{node}." if node else ""

@@ -17,11 +17,13 @@ def test_a_sample_is_known_and_imported(name: str) -> None:
     assert (tried.error, tried.refused, tried.drove) == ("", 0, "")
     assert tried.taken + tried.translated > 0
     assert tried.seconds > 0.0
+    assert (tried.bare > 0.0) == (not name.endswith((".pcd", ".ply", ".xyz")))
 
 
 def test_each_kind_of_sample_is_another_one() -> None:
     kinds = [next(kind.name for kind in KINDS if kind.knows(name, content)) for name, content in SAMPLES.items()]
-    assert kinds == ["Nav2", "slam_toolbox", "graph", "graph", "map", *["cloud or raster"] * 4]
+    households, clouds, drawn = ["map"] * 2, ["cloud or raster"] * 3 + ["cloud"] * 2, ["raster", *["floor plan"] * 2]
+    assert kinds == ["Nav2", "slam_toolbox", "graph", "graph", *households, *clouds, *drawn]
 
 
 def test_a_robot_drives_along_imported_lanes() -> None:

@@ -8,6 +8,7 @@ from ezdxf import units
 
 from ppaas.errors import InvalidInput
 from ppaas.imports.drawing_file import UNITS, read_drawing, unit_code
+from ppaas.imports.plain_entities import PlainEntity
 
 
 def drawing(unit: int = 4) -> ezdxf.document.Drawing:
@@ -31,9 +32,13 @@ def binary_of(document: ezdxf.document.Drawing) -> bytes:
 
 @pytest.mark.parametrize("written", [text_of, binary_of])
 def test_text_and_binary_drawings_are_read(written) -> None:
-    document, faults = read_drawing(written(drawing()), "hall.dxf", "graphs")
-    assert [each.dxftype() for each in document.modelspace()] == ["LINE"]
-    assert (unit_code(document), faults) == (4, 0)
+    document = drawing()
+    document.modelspace().add_circle((0, 0), 1.0)
+    document.modelspace().add_line((0, 0), (2, 0))
+    found = read_drawing(written(document), "hall.dxf", "graphs")
+    kinds = [each.kind if isinstance(each, PlainEntity) else each.dxftype() for each in found.entities()]
+    assert kinds == ["LINE", "CIRCLE", "LINE"]
+    assert (unit_code(found.document), found.faults) == (4, 0)
 
 
 @pytest.mark.parametrize("content", [b"\x00\x01", b"no drawing"])
@@ -44,7 +49,7 @@ def test_what_is_no_drawing_is_refused(content: bytes) -> None:
 
 @pytest.mark.parametrize("content", [b"0\nSECTION\n", b"0\nSECTION\n2\nHEADER\n"])
 def test_a_drawing_that_ends_early_is_empty(content: bytes) -> None:
-    assert list(read_drawing(content, "hall.dxf", "graphs")[0].modelspace()) == []
+    assert list(read_drawing(content, "hall.dxf", "graphs").entities()) == []
 
 
 @pytest.mark.parametrize("code", [1, 2, 3, 4, 5, 6, 7, 10, 14])

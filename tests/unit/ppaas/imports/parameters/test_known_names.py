@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from ppaas.imports.parameters.draft import Translation
-from ppaas.imports.parameters.known_names import apply_known, report_repeated, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import ParameterRule
 from ppaas.imports.report import ImportReport
@@ -28,7 +28,6 @@ def applied(values: Mapping[str, object]) -> Translation:
 def of_node(text: str) -> tuple[str, dict[str, object], Translation]:
     into: Translation = ({}, ImportReport("f.yaml"))
     file = read_parameter_file(text.encode())
-    report_repeated(file, into[1])
     name, values = values_of_node(file, lambda each: "amcl" in each, into[1])
     return name, {each: given.value for each, given in values.items()}, into
 

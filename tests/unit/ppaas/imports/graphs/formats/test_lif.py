@@ -62,6 +62,16 @@ def test_what_breaks_the_schema_is_reported_and_read() -> None:
     assert "trailing commas" in found["file"]
 
 
+def test_a_field_with_spaces_around_its_name_is_read_and_reported() -> None:
+    odd = json.loads(lif(HALL))
+    odd["layouts"][0]["edges"][2][" endNodeId "] = odd["layouts"][0]["edges"][2].pop("endNodeId")
+    graph, report = read_graph(json.dumps(odd).encode(), "hall.lif.json")
+    assert [(edge.start, edge.end) for edge in graph.edges] == [("a", "b"), ("b", "a"), ("b", "c")]
+    found = texts(report, TRANSLATED)
+    assert found["layouts[0].edges[2]. endNodeId "] == "breaks the schema of LIF: no field of LIF; endNodeId is"
+    assert found["layouts[0].edges[2].endNodeId"] == "breaks the schema of LIF: it is missing"
+
+
 def test_stations_have_headings_and_what_they_are_for() -> None:
     pick = {
         "actions": [{"actionType": "pick", "blockingType": "HARD"}, {"actionType": "beep", "blockingType": "NONE"}],

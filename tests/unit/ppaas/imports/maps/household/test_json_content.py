@@ -24,7 +24,14 @@ def png(text: str) -> bytes:
     return file.getvalue()
 
 
+def packed_with_white_space_at_its_end() -> bytes:
+    """Return JSON whose packed form ends with a byte that is white space as text."""
+    packed = (zlib.compress(msgspec.json.encode(TREE) + b" " * count) for count in range(10_000))
+    return next(each for each in packed if each != each.strip())
+
+
 PACKED = {
+    "zlib with white space at its end": packed_with_white_space_at_its_end(),
     "plain": JSON,
     "with a mark": b"\xef\xbb\xbf" + JSON,
     "zlib": zlib.compress(JSON),

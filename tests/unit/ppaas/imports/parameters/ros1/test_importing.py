@@ -57,6 +57,13 @@ def test_common_parameters_are_those_of_both_costmaps() -> None:
     }
 
 
+@pytest.mark.parametrize("empty", ["[]", "'[]'", "''"])
+def test_beside_an_empty_footprint_the_radius_counts(empty: str) -> None:
+    found = one(f"{{robot_radius: 0.3, footprint: {empty}}}")
+    assert found[0]["parameters"] == {"global_costmap": {"robot_radius": 0.3}}
+    assert entry_of(found, "footprint").text.endswith("sets nothing")
+
+
 def test_a_footprint_wins_over_a_radius_as_in_costmap_2d() -> None:
     radius, outline = files(a="robot_radius: 0.3", b="global_costmap: {footprint: '[[0.1,0],[0,0.1],[-0.1,-0.1]]'}")
     assert radius[0]["parameters"]["global_costmap"] == {}
