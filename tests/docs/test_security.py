@@ -52,7 +52,7 @@ from tests.support.world.urdf import example
 
 PAGE = "docs/security.md"
 PASSWORD = "correct horse"
-ROLES = ("nobody", "another user", "a reader of the map", "the owner", "an administrator")
+ROLES = ("nobody", "another user", "a reader of the map or building", "the owner", "an administrator")
 USERS = dict(zip(ROLES[1:], ("bob", "carl", "ann", "admin"), strict=True))
 POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 
@@ -91,6 +91,9 @@ BODIES: dict[str, Any] = {
     "log_in_by_code": {"code": "c", "verifier": "v" * 43, "nonce": "n" * 43},
     "log_in_by_device": {"device_code": "d", "verifier": "v" * 43},
     "log_in_by_access_token": {"access_token": "a"},
+    "put_building": {"floors": [{"name": "L1", "map": "house"}]},
+    "check_building": {"floors": [{"name": "L1", "map": "house"}]},
+    "change_building": {"readers": ["bob"]},
     "create_webhook": {"url": "https://example.org", "events": ["*"]},
     "change_webhook": {"state": "paused"},
     "expire_data": {"dry_run": True},
@@ -165,6 +168,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_robot(records.robot("tb1", user="ann", shares=(Share("dora", "look"),)))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
+    store.put_building(records.building(readers=("carl",)))
     store.put_webhook(HOOK)
     store.put_delivery(DEAD)
     cloud.running = [container()]
@@ -205,7 +209,7 @@ async def answer(app: FastAPI, passwords: Passwords, operation: Operation, role:
         headers["Content-Type"] = "application/xml"
         sent["content"] = example("turtlebot3_burger")
     is_own = operation.id == "put_robot" and role != "an administrator"  # who may put a robot on a map that ann reads
-    own = {} if is_own else {"robot_id": "ann:tb1"}
+    own = {"building_id": "ann:hq"} | ({} if is_own else {"robot_id": "ann:tb1"})
     path = operation.path.format(**world.names | own)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://cloud") as client:
         found = await client.request(operation.method, path, headers=headers, **sent)
