@@ -49,7 +49,7 @@ def along_axis(place: Pose2D, control: DockControl, *, to: float, ahead: float =
     Parameters
     ----------
     place : Pose2D
-        Pose of the robot in the frame; heading 0 is along the axis, also for a robot that drives to greater x backwards.
+        Pose of the robot in the frame; heading 0 is along the axis, also for a robot that drives there backwards.
     control : DockControl
     to : float
         Where on the axis it drives to [m].

@@ -91,24 +91,24 @@ def verdict_of(readings: Sequence[BatteryReading], threshold: float) -> ChargeVe
     A full battery takes no current. The median of several readings is meant wherever a number is compared, so that
     noise and a battery that jumps for a moment change nothing.
     """
-    if not readings:
-        return ChargeVerdict.SILENT
+    if len(readings) < LEAST:
+        return ChargeVerdict.UNDECIDED if readings else ChargeVerdict.SILENT
     newest = readings[-MOST:]
-    if len(newest) < LEAST:
-        return ChargeVerdict.UNDECIDED
-    says_charging = sum(each.status in (CHARGING, FULL) for each in newest) > len(newest) // 2
-    is_full = sum(each.status == FULL for each in newest) > len(newest) // 2
-    current = _median([each.current for each in newest])
-    falls = has_fallen(readings)
+    says_full, says_charging = _most(newest, FULL), _most(newest, CHARGING, FULL)
+    current, falls = _median([each.current for each in newest]), has_fallen(readings)
     if current is None:
-        if not says_charging:
-            return ChargeVerdict.NOT_CHARGING
-        return ChargeVerdict.LIES if falls else ChargeVerdict.CHARGING
-    if says_charging and (falls or current <= -threshold):
-        return ChargeVerdict.LIES
-    if current >= threshold or (is_full and current > -threshold):
-        return ChargeVerdict.NOT_CHARGING if falls else ChargeVerdict.CHARGING
-    return ChargeVerdict.NOT_CHARGING
+        charged, discharged = says_charging and not falls, falls
+    else:
+        charged = not falls and (current >= threshold or (says_full and current > -threshold))
+        discharged = falls or current <= -threshold
+    if charged:
+        return ChargeVerdict.CHARGING
+    return ChargeVerdict.LIES if says_charging and discharged else ChargeVerdict.NOT_CHARGING
+
+
+def _most(readings: Sequence[BatteryReading], *statuses: int) -> bool:
+    """Return whether most of the readings have one of the statuses."""
+    return 2 * sum(each.status in statuses for each in readings) > len(readings)
 
 
 def has_fallen(readings: Sequence[BatteryReading]) -> bool:

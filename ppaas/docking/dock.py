@@ -4,9 +4,11 @@ import math
 from typing import NamedTuple
 
 from ppaas.geometry import Pose2D
+from ppaas.zones.shapes import Point
+from ppaas.zones.zone import Dock, ZoneSet
 
 
-class Dock(NamedTuple):
+class DockPlace(NamedTuple):
     """Place where a robot charges, or takes over a load.
 
     Parameters
@@ -32,7 +34,7 @@ class Dock(NamedTuple):
         return f"dock {self.name!r}" if self.name else f"the dock at ({self.pose.x:.2f}, {self.pose.y:.2f})"
 
 
-class Stance(NamedTuple):
+class DockStance(NamedTuple):
     """How a docked robot stands before the face of its dock.
 
     The frame of a face has its origin in the middle of it, and x points into the dock.
@@ -64,3 +66,13 @@ class Stance(NamedTuple):
     def ahead(self) -> float:
         """Sign of the velocity with which the robot drives into the dock."""
         return -1.0 if self.backward else 1.0
+
+
+def docks_of(zones: ZoneSet) -> tuple[DockPlace, ...]:
+    """Return the docks that are drawn on a map."""
+    found = []
+    for zone in zones.zones:
+        if isinstance(zone.rule, Dock) and isinstance(zone.geometry, Point):
+            x, y = zone.geometry.coordinates[:2]
+            found.append(DockPlace(zone.name, Pose2D(x, y, zone.rule.yaw), zone.rule.dock_type, zone.rule.charges))
+    return tuple(found)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, apart_from_dock, is_in_way
 from ppaas.docking.charge import ChargeVerdict, ChargeWatch
-from ppaas.docking.detection.base import NO_POINTS, DockDetector, DockView
-from ppaas.docking.dock import Dock, Stance
+from ppaas.docking.detection.base import NO_POINTS, DockView
+from ppaas.docking.dock import DockPlace
 from ppaas.docking.failures import (
     BatterySilent,
     ChargerLies,
@@ -32,8 +32,9 @@ from ppaas.docking.failures import (
     DockNotSeen,
     NotStaged,
 )
-from ppaas.docking.parameters import DockingParameters, DockType
+from ppaas.docking.parameters import DockingParameters
 from ppaas.docking.pose_filter import DockPoseFilter
+from ppaas.docking.targets import DockTarget
 from ppaas.geometry import Pose2D, wrap_angle
 
 LOST = 1.5
@@ -50,6 +51,9 @@ LONGER = 4.0
 
 ALIGNED = 0.3
 """Largest difference to the heading of the staging pose at which a robot need not drive there first [rad]."""
+
+NEAR = 0.3
+"""Distance by which a robot that does not drive to the staging pose may be further away than the dock itself [m]."""
 
 BACKING_TIME = 20.0
 """Time in which a robot backs off [s]."""
@@ -92,21 +96,6 @@ class Sight:
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
-    """A dock, and how the robot docks there."""
-
-    dock: Dock
-    type: DockType
-    detector: DockDetector
-    stance: Stance
-
-    @property
-    def staging(self) -> Pose2D:
-        """Pose before the dock in the frame of the map."""
-        return self.dock.pose @ Pose2D(-self.stance.ahead * self.type.staging_distance, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
 class DriveTo:
     """Order to drive to a pose in the frame of the map, with obstacles in mind."""
 
@@ -117,7 +106,7 @@ class DriveTo:
 class Docked:
     """The robot is docked; a dock that charges charges it. ``pose`` is the robot's in the odometry frame."""
 
-    dock: Dock
+    dock: DockPlace
     pose: Pose2D
 
 
@@ -132,7 +121,7 @@ class Docking:
 
     Parameters
     ----------
-    targets : sequence of Target
+    targets : sequence of DockTarget
         The dock, and those to try if it fails.
     parameters : DockingParameters
     body : BodyOutline
@@ -155,7 +144,7 @@ class Docking:
     """
 
     def __init__(
-        self, targets: Sequence[Target], parameters: DockingParameters, body: BodyOutline, *, braking: float,
+        self, targets: Sequence[DockTarget], parameters: DockingParameters, body: BodyOutline, *, braking: float,
         now: float, navigate: bool = True, staging_time: float = math.inf,
     ) -> None:  # fmt: skip
         self._rest = list(targets)
@@ -170,6 +159,8 @@ class Docking:
         self._last = now
         self._points: NDArray[np.float64] = NO_POINTS
         self._points_in = Pose2D(0.0, 0.0)
+        self._since = self._free_at = self._near_at = now
+        self._nearest = -math.inf
         self._begin(now)
 
     def _begin(self, now: float) -> None:
@@ -182,7 +173,7 @@ class Docking:
         self._enter(DockingPhase.STAGING, now)
 
     @property
-    def dock(self) -> Dock:
+    def dock(self) -> DockPlace:
         """The dock to which the robot drives."""
         return self._target.dock
 
@@ -246,8 +237,7 @@ class Docking:
             apart = in_map.distance_to(target.staging)
             aligned = abs(wrap_angle(in_map.theta - target.staging.theta)) <= ALIGNED
             if (apart <= tolerance and aligned) or not self._navigate:
-                far = not self._navigate and apart > target.type.staging_distance
-                if far:
+                if not self._navigate and apart > target.type.staging_distance + NEAR:
                     text = f"the robot is {apart:.2f} m from the staging pose of {target.dock.in_words}: drive it there"
                     return self._next(NotStaged(text), now)
                 self._enter(DockingPhase.PERCEIVING, now)

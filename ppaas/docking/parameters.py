@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from ppaas.docking.approach import BodyOutline, DockControl
-from ppaas.docking.dock import Stance
+from ppaas.docking.dock import DockStance
 from ppaas.parameters import Parameters, check_numbers
 
 MOST_RETRIES = 20
@@ -42,7 +42,7 @@ class DockType(Parameters, frozen=True):
     """
 
     detection: str = "scan_line"
-    detector: dict[str, Any] = {}
+    detector: dict[str, Any] = field(default_factory=dict)
     dock_direction: Literal["forward", "backward"] = "forward"
     distance: float | None = None
     staging_distance: float = 0.7
@@ -58,11 +58,11 @@ class DockType(Parameters, frozen=True):
         positive = ("staging_distance", "docking_threshold", "lateral_tolerance", "charging_threshold")
         check_numbers(self, positive=positive, signed=("distance",))
 
-    def stance(self, body: BodyOutline) -> Stance:
+    def stance(self, body: BodyOutline) -> DockStance:
         """Return how a robot stands at such a dock."""
         backward = self.dock_direction == "backward"
         extent = body.back if backward else body.front
-        return Stance(extent if self.distance is None else self.distance, backward)
+        return DockStance(extent if self.distance is None else self.distance, backward)
 
 
 class DockingParameters(Parameters, frozen=True):
@@ -105,8 +105,8 @@ class DockingParameters(Parameters, frozen=True):
     patience: float = 15.0
     not_charging_timeout: float = 30.0
     controller: DockControl = DockControl()
-    dock_types: dict[str, DockType] = {}
-    next_docks: dict[str, str] = {}
+    dock_types: dict[str, DockType] = field(default_factory=dict)
+    next_docks: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the ranges."""

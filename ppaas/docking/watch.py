@@ -3,7 +3,7 @@
 import math
 
 from ppaas.docking.charge import BatteryReading, ChargeVerdict, ChargeWatch
-from ppaas.docking.dock import Dock
+from ppaas.docking.dock import DockPlace
 from ppaas.geometry import Pose2D
 
 LEFT = 0.25
@@ -15,7 +15,7 @@ class DockedWatch:
 
     Parameters
     ----------
-    dock : Dock
+    dock : DockPlace
     threshold : float
         Current from which the battery counts as charged [A].
     patience : float
@@ -29,7 +29,7 @@ class DockedWatch:
         Why the robot stands at the dock without charge, in words; empty while all is well.
     """
 
-    def __init__(self, dock: Dock, threshold: float, patience: float, now: float) -> None:
+    def __init__(self, dock: DockPlace, threshold: float, patience: float, now: float) -> None:
         self.dock, self.problem = dock, ""
         self._patience, self._began = patience, now
         self._watch = ChargeWatch(threshold)

@@ -11,7 +11,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 Points = NDArray[np.float64]
 
 
-class Line(NamedTuple):
+class StraightLine(NamedTuple):
     """Straight line through readings: middle, direction [rad] and length [m], and the errors' root mean square [m]."""
 
     middle: tuple[float, float]
@@ -35,7 +35,7 @@ def clusters(points: Points, gap: float) -> list[Points]:
 
 
 def pieces(cluster: Points, tolerance: float) -> list[Points]:
-    """Return a cluster split at its corners: no reading is further than ``tolerance`` from the line of its piece [m]."""
+    """Return a cluster split at its corners: readings are within a tolerance [m] of the line between the ends."""
     found, open_ = [], [cluster]
     while open_:
         piece = open_.pop()
@@ -61,7 +61,7 @@ def corner_of(piece: Points, tolerance: float) -> int | None:
     return farthest if inside and off[farthest] > tolerance else None
 
 
-def line_through(points: Points) -> Line:
+def line_through(points: Points) -> StraightLine:
     """Return the line with the least squared distances from at least two readings."""
     mean = points.mean(axis=0)
     x, y = (points - mean).T
@@ -70,10 +70,12 @@ def line_through(points: Points) -> Line:
     along, across = c * x + s * y, c * y - s * x
     begin, end = float(along.min()), float(along.max())
     middle = mean + 0.5 * (begin + end) * np.array((c, s))
-    return Line((float(middle[0]), float(middle[1])), direction, end - begin, float(np.sqrt((across**2).mean())))
+    return StraightLine(
+        (float(middle[0]), float(middle[1])), direction, end - begin, float(np.sqrt((across**2).mean()))
+    )
 
 
-def face_on(line: Line, expected: Pose2D) -> Pose2D:
+def face_on(line: StraightLine, expected: Pose2D) -> Pose2D:
     """Return the face of a dock on a line: its x is across the line, on the side that is expected."""
     normal = line.direction + 0.5 * math.pi
     if abs(wrap_angle(normal - expected.theta)) > 0.5 * math.pi:

@@ -50,7 +50,8 @@ class PairOfMarks(DockDetector):
             theta = wrap_angle(math.atan2(y, x) + 0.5 * math.pi)
             if abs(wrap_angle(theta - expected.theta)) > 0.5 * math.pi:
                 theta = wrap_angle(theta + math.pi)
-            face = Pose2D(*(0.5 * (one + other)).tolist(), theta)
+            middle = 0.5 * (one + other)
+            face = Pose2D(float(middle[0]), float(middle[1]), theta)
             misfit = wrong + expected.distance_to(face)
             turned = abs(wrap_angle(theta - expected.theta)) > FARTHEST_TURN
             far = expected.distance_to(face) > self.search
@@ -92,7 +93,7 @@ class Reflectors(PairOfMarks):
         return clusters(points[bright >= least], 0.4 * self.spacing)
 
 
-class Legs(PairOfMarks):
+class CartLegs(PairOfMarks):
     """Finds the two front legs of a cart or a shelf, under which a robot drives.
 
     Parameters
