@@ -1,5 +1,6 @@
 """Simulated charger: a box with a flat or a V-shaped face, and two contacts on it."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from enum import Enum
@@ -94,7 +95,7 @@ class Charger:
         lip = half / math.tan(0.5 * self.model.angle) if self.model.angle < math.pi else 0.0
         corners = [(depth, -half), (-lip, -half), (0.0, 0.0), (-lip, half), (depth, half)]
         discs = []
-        for (x0, y0), (x1, y1) in zip(corners, corners[1:], strict=False):
+        for (x0, y0), (x1, y1) in itertools.pairwise(corners):
             count = max(math.ceil(math.dist((x0, y0), (x1, y1)) / GRAIN), 1)
             for x, y in zip(np.linspace(x0, x1, count).tolist(), np.linspace(y0, y1, count).tolist(), strict=True):
                 place = self.face @ Pose2D(x + GRAIN, y)
