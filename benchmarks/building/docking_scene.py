@@ -1,8 +1,7 @@
 """One robot, the node that docks it and simulated docks, in one process and on a clock that is stepped."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,7 +58,7 @@ class DockingNoise:
 
 @dataclass(slots=True)
 class DockingOutcome:
-    """End of a goal: its status, the reason, the further approaches, the time [s], and the battery's true current [A]."""
+    """End of a goal, with the time that it took [s], the battery's true current [A], and whether contacts touch."""
 
     status: Status
     text: str
@@ -67,7 +66,6 @@ class DockingOutcome:
     seconds: float
     current: float
     touches: bool
-    phases: list[str] = field(default_factory=list)
 
 
 def room() -> GridMap:
@@ -121,7 +119,7 @@ class DockingScene:
 
     def _add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
         body, outline = robot_model("turtlebot2"), outline_of(robot_model("turtlebot2"))
-        zones = ZoneSet([Zone(Point((at.x, at.y)), Dock(name=name, yaw=at.theta)) for name, at in mapped.items()])
+        zones = ZoneSet([Zone(Point([at.x, at.y]), Dock(name=name, yaw=at.theta)) for name, at in mapped.items()])
         layers: MapLayers = replace(empty_layers(1.0), zones=zones)
         targets = DockTargets(parameters, outline)
         self.node = self.graph.add(
@@ -140,7 +138,7 @@ class DockingScene:
         """Drive to a pose as Move Base does: nearly there, as far as the robot knows where it is."""
         assert isinstance(message, MoveBaseActionGoal)
         far, turn = self.noise.staging
-        off = Pose2D(*self._rng.normal(0.0, far, 2).tolist(), float(self._rng.normal(0.0, turn)))
+        off = self._drawn(far, turn)
         self.localize()
         self.robot.base.carry_to(message.goal.target_pose.pose.planar() @ self._wrong.inverse() @ off)
         self.robot.command(Twist())
@@ -149,7 +147,11 @@ class DockingScene:
     def localize(self) -> None:
         """Draw another error of localization."""
         far, turn = self.noise.localization
-        self._wrong = Pose2D(*self._rng.normal(0.0, far, 2).tolist(), float(self._rng.normal(0.0, turn)))
+        self._wrong = self._drawn(far, turn)
+
+    def _drawn(self, far: float, turn: float) -> Pose2D:
+        x, y, theta = self._rng.normal(0.0, (far, far, turn)).tolist()
+        return Pose2D(x, y, theta)
 
     def _end(self, _: str, message: Payload) -> None:
         assert isinstance(message, DockRobotActionResult)

@@ -130,7 +130,10 @@ def test_planner_parameters_apply_under_all_its_names():
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"movebase": {}}, "unknown node 'movebase'; known: aggressive_reset, amcl, conservative_reset, dijkstra, docking_server"),
+        (
+            {"movebase": {}},
+            "unknown node 'movebase'; known: aggressive_reset, amcl, conservative_reset, dijkstra, docking_server",
+        ),
         ({"move_base": {"controller_freq": 5.0}}, "controller_freq.*known: .*controller_frequency"),
         ({"move_base": {"controller_frequency": "fast"}}, "controller_frequency"),
         ({"move_base": {"controller_frequency": -1.0}}, "controller_frequency must be above 0"),
