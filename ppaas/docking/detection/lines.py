@@ -35,7 +35,7 @@ def clusters(points: Points, gap: float) -> list[Points]:
 
 
 def pieces(cluster: Points, tolerance: float) -> list[Points]:
-    """Return a cluster split at its corners: readings are within a tolerance [m] of the line between the ends."""
+    """Return a cluster split at its corners, in order: readings are within a tolerance [m] of the line of the ends."""
     found, open_ = [], [cluster]
     while open_:
         piece = open_.pop()
@@ -43,7 +43,7 @@ def pieces(cluster: Points, tolerance: float) -> list[Points]:
         if corner is None:
             found.append(piece)
         else:
-            open_ += [piece[: corner + 1], piece[corner:]]
+            open_ += [piece[corner:], piece[: corner + 1]]
     return found
 
 

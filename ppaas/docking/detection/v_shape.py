@@ -1,10 +1,11 @@
 """Detector ``v_shape``: two flat faces that meet at an angle in the scan."""
 
+import itertools
 import math
 from typing import ClassVar
 
 from ppaas.docking.detection.base import SEARCH, DockDetector, DockView
-from ppaas.docking.detection.lines import Points, clusters, corner_of, line_through, near
+from ppaas.docking.detection.lines import Points, clusters, line_through, near, pieces
 from ppaas.geometry import Pose2D, wrap_angle
 
 LEAST = 4
@@ -46,20 +47,24 @@ class VShape(DockDetector):
         best, least = None, float("inf")
         around = view.points[near(view.points, expected, self.search + self.arm)]
         for cluster in clusters(around, self.gap):
-            face = self._apex_of(cluster)
-            if face is None or abs(wrap_angle(face.theta - expected.theta)) > FARTHEST_TURN:
-                continue
-            if expected.distance_to(face) < min(least, self.search):
-                best, least = face, expected.distance_to(face)
+            for arms in itertools.pairwise(pieces(cluster, self._bend)):
+                face = self._apex_of(*arms)
+                if face is None or abs(wrap_angle(face.theta - expected.theta)) > FARTHEST_TURN:
+                    continue
+                if expected.distance_to(face) < min(least, self.search):
+                    best, least = face, expected.distance_to(face)
         return best
 
-    def _apex_of(self, cluster: Points) -> Pose2D | None:
-        """Return the apex of a cluster, None if it has another shape."""
-        depth = self.arm * math.cos(0.5 * self.angle)
-        corner = corner_of(cluster, 0.4 * depth)
-        if corner is None or corner < LEAST or len(cluster) - corner <= LEAST:
+    @property
+    def _bend(self) -> float:
+        """Distance of the apex from the line between the ends that shows that there are two arms [m]."""
+        return 0.4 * self.arm * math.cos(0.5 * self.angle)
+
+    def _apex_of(self, first: Points, second: Points) -> Pose2D | None:
+        """Return the apex of two arms, None if they have another shape."""
+        if min(len(first), len(second)) <= LEAST:
             return None
-        one, other = line_through(cluster[:corner]), line_through(cluster[corner + 1 :])
+        one, other = line_through(first[:-1]), line_through(second[1:])
         if max(abs(one.length - self.arm), abs(other.length - self.arm)) > 0.4 * self.arm:
             return None
         cross = math.sin(other.direction - one.direction)
@@ -68,10 +73,10 @@ class VShape(DockDetector):
         x, y = other.middle[0] - one.middle[0], other.middle[1] - one.middle[1]
         along = (x * math.sin(other.direction) - y * math.cos(other.direction)) / cross
         apex = (one.middle[0] + along * math.cos(one.direction), one.middle[1] + along * math.sin(one.direction))
-        first, second = (math.atan2(arm.middle[1] - apex[1], arm.middle[0] - apex[0]) for arm in (one, other))
-        between = wrap_angle(second - first)
+        to_one, to_other = (math.atan2(arm.middle[1] - apex[1], arm.middle[0] - apex[0]) for arm in (one, other))
+        between = wrap_angle(to_other - to_one)
         if abs(abs(between) - self.angle) > self.tolerance:
             return None
-        inwards = wrap_angle(first + 0.5 * between + math.pi)
+        inwards = wrap_angle(to_one + 0.5 * between + math.pi)
         away = apex[0] * math.cos(inwards) + apex[1] * math.sin(inwards)
         return Pose2D(*apex, inwards) if away > 0.0 else None
