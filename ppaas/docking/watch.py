@@ -43,9 +43,10 @@ class DockedWatch:
         """Judge the newest readings; return whether the problem has changed."""
         if not self.dock.charges:
             return False
-        verdict = self._watch.verdict(max(self._began, now - self._patience))
+        begin = max(self._began, now - self._patience)
+        verdict = self._watch.verdict(begin)
         if verdict is ChargeVerdict.CHARGING:
-            self._well = now
+            self._well = self._watch.since(begin)[-1].at
         waited = now - self._well
         before, self.problem = self.problem, ""
         if waited > self._patience:
