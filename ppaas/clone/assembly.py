@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from ppaas.clock import epoch
-from ppaas.clone.driving import by_hand, in_traffic, move_base_defaults, move_base_kind
+from ppaas.clone.driving import by_hand, docking, in_traffic, move_base_defaults, move_base_kind
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.optional_nodes import exploring, octomap_makers, people_makers
@@ -24,6 +24,7 @@ from ppaas.maps.grid import GridMap
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context, Node
+from ppaas.nodes.docking_server.node import DockingServerNode
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.costmap_filters import (
@@ -139,6 +140,7 @@ def build_clone(
     base_maker = partial(_move_base, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None)
     move_base = base_maker(given, driving, body, located, robot=robot)
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
+    dock = docking(given, body, located.names, layers)
     optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
@@ -146,6 +148,7 @@ def build_clone(
         StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, located.names, urdf_text),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: _follower_kind(layers is None)(context, touring),
+        DockingServerNode.name: dock,
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **optional,

@@ -1,4 +1,4 @@
-"""Ways of driving of Move Base, with their parameters: as far as traffic grants, along paths by itself, by hand."""
+"""Ways of driving, with their parameters: as far as traffic grants, along paths by itself, by hand, into docks."""
 
 from collections.abc import Callable
 from functools import partial
@@ -8,10 +8,16 @@ from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import controller_of
 from ppaas.controllers.command_guard import CommandGuard
 from ppaas.controllers.drive_parameters import body_of
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.docking.approach import BodyOutline
+from ppaas.docking.parameters import DockingParameters
+from ppaas.docking.targets import DockTargets
 from ppaas.errors import InvalidParameter
 from ppaas.navigation.teleoperation import TeleopParameters
 from ppaas.nodes.base import Context
+from ppaas.nodes.docking_server.node import DockingServerNode
 from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollowingNode, RobotPathFollower
+from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.move_base.teleop import Teleop
 from ppaas.parameters import Parameters, check_numbers
@@ -146,3 +152,29 @@ def by_hand(given: NodeParameters, body: RobotModel) -> Callable[..., Teleop]:
     parameters = given.read(TeleopParameters, TELEOP)
     guard = CommandGuard(body_of(body.footprint, body.robot_radius), body.limits, parameters.reaction_time)
     return partial(Teleop, parameters=parameters, guard=guard, base=body.limits)
+
+
+def docking(
+    given: NodeParameters, body: RobotModel, names: FrameNames, layers: MapLayers | None
+) -> Callable[[Context], DockingServerNode]:
+    """Return the maker of the node that docks a robot; ``layers`` is None for a robot that makes its map.
+
+    Raises
+    ------
+    NotFound, InvalidParameter
+        A parameter is unknown or invalid, or names an unknown detector.
+    """
+    parameters = given.read(DockingParameters, DockingServerNode.name)
+    outline = outline_of(body)
+    targets = DockTargets(parameters, outline)
+    return lambda context: DockingServerNode(
+        context, parameters, targets, outline, braking=body.limits.acc_lim_x, layers=layers, names=names
+    )
+
+
+def outline_of(body: RobotModel) -> BodyOutline:
+    """Return the extent of a robot."""
+    if not body.footprint:
+        return BodyOutline(body.robot_radius, body.robot_radius, body.robot_radius)
+    x, y = zip(*body.footprint, strict=True)
+    return BodyOutline(max(x), -min(x), max(*y, -min(y)))

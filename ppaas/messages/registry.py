@@ -10,7 +10,7 @@ from ppaas.messages import (
     move_base_msgs,
     nav2_motions,
     nav2_msgs,
-    nav2_routes,
+    nav2_servers,
     nav_msgs,
     octomap_msgs,
     people_coordination,
@@ -33,7 +33,7 @@ _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
     octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, watching, nav2_motions,
-    traffic, fleet_plans, stops, teleoperation, nav2_routes,
+    traffic, fleet_plans, stops, teleoperation, nav2_servers,
 )  # fmt: skip
 
 

@@ -184,3 +184,52 @@ class PointCloud2(Message):
     row_step: UInt32
     data: bytes
     is_dense: bool
+
+
+# -- batteries ---------------------------------------------------------------------------------------------------------
+
+
+class PowerSupplyStatus(IntEnum):
+    """Values of ``power_supply_status`` of ``sensor_msgs/BatteryState``."""
+
+    POWER_SUPPLY_STATUS_UNKNOWN = 0
+    POWER_SUPPLY_STATUS_CHARGING = 1
+    POWER_SUPPLY_STATUS_DISCHARGING = 2
+    POWER_SUPPLY_STATUS_NOT_CHARGING = 3
+    POWER_SUPPLY_STATUS_FULL = 4
+
+
+class BatteryState(Message, forbid_unknown_fields=False):
+    """``sensor_msgs/BatteryState``; what a robot does not measure is null, or left out.
+
+    Parameters
+    ----------
+    current : float, optional
+        Negative when discharging [A].
+    percentage : float, optional
+        Charge from 0 to 1.
+    """
+
+    ros_order: ClassVar[tuple[str, ...]] = (
+        "header", "voltage", "temperature", "current", "charge", "capacity", "design_capacity", "percentage",
+        "power_supply_status", "power_supply_health", "power_supply_technology", "present", "cell_voltage",
+        "cell_temperature", "location", "serial_number",
+    )  # fmt: skip
+    constants: ClassVar[type[IntEnum] | None] = PowerSupplyStatus
+
+    header: Header = field(default_factory=Header)
+    voltage: Float32 | None = None
+    temperature: Float32 | None = None
+    current: Float32 | None = None
+    charge: Float32 | None = None
+    capacity: Float32 | None = None
+    design_capacity: Float32 | None = None
+    percentage: Float32 | None = None
+    power_supply_status: UInt8 = 0
+    power_supply_health: UInt8 = 0
+    power_supply_technology: UInt8 = 0
+    present: bool = False
+    cell_voltage: list[Float32 | None] = field(default_factory=list)
+    cell_temperature: list[Float32 | None] = field(default_factory=list)
+    location: str = ""
+    serial_number: str = ""

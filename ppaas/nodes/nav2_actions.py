@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ppaas.messages import explore_msgs, nav2_motions, nav2_msgs, nav2_routes
+from ppaas.messages import explore_msgs, nav2_motions, nav2_msgs, nav2_servers
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Topic
@@ -57,16 +57,16 @@ COMPUTE_PATH_THROUGH_POSES = _topics(
 # As for paths.
 COMPUTE_ROUTE = _topics(
     "compute_route",
-    nav2_routes.ComputeRouteActionGoal,
-    nav2_routes.ComputeRouteActionFeedback,
-    nav2_routes.ComputeRouteActionResult,
+    nav2_servers.ComputeRouteActionGoal,
+    nav2_servers.ComputeRouteActionFeedback,
+    nav2_servers.ComputeRouteActionResult,
     once=False,
 )
 COMPUTE_AND_TRACK_ROUTE = _topics(
     "compute_and_track_route",
-    nav2_routes.ComputeAndTrackRouteActionGoal,
-    nav2_routes.ComputeAndTrackRouteActionFeedback,
-    nav2_routes.ComputeAndTrackRouteActionResult,
+    nav2_servers.ComputeAndTrackRouteActionGoal,
+    nav2_servers.ComputeAndTrackRouteActionFeedback,
+    nav2_servers.ComputeAndTrackRouteActionResult,
 )
 
 FOLLOW_PATH = _topics(
@@ -95,6 +95,19 @@ BACKUP = _topics(
     "backup", nav2_motions.BackUpActionGoal, nav2_motions.BackUpActionFeedback, nav2_motions.BackUpActionResult
 )
 WAIT = _topics("wait", nav2_motions.WaitActionGoal, nav2_motions.WaitActionFeedback, nav2_motions.WaitActionResult)
+
+DOCK_ROBOT = _topics(
+    "dock_robot",
+    nav2_servers.DockRobotActionGoal,
+    nav2_servers.DockRobotActionFeedback,
+    nav2_servers.DockRobotActionResult,
+)
+UNDOCK_ROBOT = _topics(
+    "undock_robot",
+    nav2_servers.UndockRobotActionGoal,
+    nav2_servers.UndockRobotActionFeedback,
+    nav2_servers.UndockRobotActionResult,
+)
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, Nav2ActionTopics))
 """The actions above."""

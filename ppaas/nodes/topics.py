@@ -36,7 +36,15 @@ from ppaas.messages.operators.teleoperation import TeleopCommand, TeleopState
 from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState, SensorView
 from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
-from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, MultiEchoLaserScan, PointCloud2
+from ppaas.messages.sensor_msgs import (
+    BatteryState,
+    CameraInfo,
+    CompressedImage,
+    Image,
+    LaserScan,
+    MultiEchoLaserScan,
+    PointCloud2,
+)
 from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionFeedback,
@@ -62,6 +70,12 @@ DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
 CLOUD_IN = Topic("cloud_in", PointCloud2, stream=True, depth=1, local=True)
 PEOPLE = Topic("people", People, stream=True)
 DETECTIONS = Topic("detections", Detection3DArray, stream=True)
+
+# -- docks -------------------------------------------------------------------------------------------------------------
+
+BATTERY_STATE = Topic("battery_state", BatteryState, stream=True)
+DETECTED_DOCK_POSE = Topic("detected_dock_pose", PoseStamped, stream=True, depth=1)
+DOCK_STATUS = Topic("docking_server/status", String, latched=True, stream=True, depth=1, robot_only=True)
 
 # -- people ------------------------------------------------------------------------------------------------------------
 

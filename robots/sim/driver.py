@@ -9,11 +9,12 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.sensor_msgs import CompressedImage
-from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, TF_STATIC
+from ppaas.nodes.topics import BATTERY_STATE, COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, TF_STATIC
 from ppaas.perception.compressed_depth import compress
 from robots.client.robot_client import RobotClient
 from robots.onboard.task_group import run_together
 from robots.sim.depth.camera import DepthCameraModel
+from robots.sim.docks.fitting import RobotBattery
 from robots.sim.robot import SimulatedRobot
 
 logger = logging.getLogger(__name__)
@@ -32,12 +33,15 @@ class SensorRates:
     odom: float = 20.0
     scan: float = 10.0
     depth: float = 5.0
+    battery: float = 2.0
 
     def __post_init__(self) -> None:
-        rates = self.odom, self.scan, self.depth
+        rates = self.odom, self.scan, self.depth, self.battery
         if not all(math.isfinite(rate) and rate > 0.0 for rate in rates):
             raise InvalidParameter(
-                "odom, scan and depth must be positive rates [Hz], not {:g}, {:g} and {:g}".format(*rates)
+                "odom, scan, depth and battery must be positive rates [Hz], not {:g}, {:g}, {:g} and {:g}".format(
+                    *rates
+                )
             )
 
 
@@ -88,6 +92,8 @@ class Driver:
         Monotonic seconds.
     compressed : bool
         Whether depth images are sent as ``compressedDepth``, in a fifth of the bytes.
+    battery : RobotBattery, optional
+        Battery of the robot, of which nothing is published without one.
     """
 
     def __init__(
@@ -98,8 +104,10 @@ class Driver:
         clock: Clock = monotonic,
         *,
         compressed: bool = True,
+        battery: RobotBattery | None = None,
     ) -> None:
         self._robot = robot
+        self._battery = battery
         self._client = client
         self._rates = rates or SensorRates()
         self._clock = clock
@@ -115,10 +123,12 @@ class Driver:
             The client has failed.
         """
         await self._client.subscribe("cmd_vel", Twist, self._command, queue_size=1)
-        if self._robot.model.camera is None:
-            await self._measure()
-            return
-        await run_together(self._measure(), self._photograph(self._robot.model.camera))
+        tasks = [self._measure()]
+        if self._robot.model.camera is not None:
+            tasks.append(self._photograph(self._robot.model.camera))
+        if self._battery is not None:
+            tasks.append(self._report(self._battery))
+        await run_together(*tasks)
 
     async def _measure(self) -> None:
         start = self._clock()
@@ -131,6 +141,14 @@ class Driver:
             if scan.take(now):
                 await self._client.publish("scan", self._robot.scan(), newest_only=True)
             await asyncio.sleep(max(min(odom.next, scan.next) - self._clock(), 0.0))
+
+    async def _report(self, battery: RobotBattery) -> None:
+        due = FixedRate(self._rates.battery, self._clock())
+        while True:
+            if due.take(self._clock()):
+                stamp = self._robot.odometry().header.stamp.seconds()
+                await self._client.publish(BATTERY_STATE.name, battery.message(stamp), newest_only=True)
+            await asyncio.sleep(max(due.next - self._clock(), 0.0))
 
     async def _photograph(self, camera: DepthCameraModel) -> None:
         await self._client.publish(TF_STATIC.name, camera.transforms(self._robot.model.base_frame))

@@ -16,7 +16,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.geometry_msgs import Point
-from ppaas.messages.nav2_routes import (
+from ppaas.messages.nav2_servers import (
     ComputeAndTrackRouteActionGoal,
     ComputeAndTrackRouteFeedback,
     ComputeAndTrackRouteResult,

@@ -19,7 +19,7 @@ from robots.bridges.core.localization import RobotLocalization
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.parts import BridgeParts, RobotTime
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
-from robots.bridges.core.tables import BridgedService
+from robots.bridges.core.tables import OTHER_PACKAGES, BridgedService
 from robots.bridges.core.transport import Closable, Transport
 from robots.bridges.core.upward import Upward
 
@@ -185,7 +185,8 @@ class Bridge:
                 self._servers.append(transport.serve(full, service.type, self._answer(service)))
             else:
                 lacking[service.type.partition("/")[0]].append(service.name)
-        for name, kind in transport.tables.actions.items():
+        for name, usual in transport.tables.actions.items():
+            kind = usual if transport.types.knows(f"{usual}_SendGoal") else OTHER_PACKAGES.get(usual, usual)
             if not (transport.types.ros1 or transport.types.knows(f"{kind}_SendGoal")):
                 continue  # actions of ROS 1 have no services
             if transport.has_type(kind):

@@ -77,6 +77,7 @@ UP: Final = (
     UpTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", ("diagnostics",)),
     UpTopic("joint_states", "sensor_msgs/msg/JointState", ("joint_states",), clone=False, period=JOINTS_PERIOD),
     UpTopic("battery_state", "sensor_msgs/msg/BatteryState", ("battery_state", "battery"), clone=False, period=1.0),
+    UpTopic("detected_dock_pose", "geometry_msgs/msg/PoseStamped", ("detected_dock_pose",)),
 )
 """Topics of the robot, besides ``tf`` and ``tf_static``."""
 
@@ -179,8 +180,16 @@ ACTIONS: Final = {
     "backup": "nav2_msgs/action/BackUp",
     "drive_on_heading": "nav2_msgs/action/DriveOnHeading",
     "wait": "nav2_msgs/action/Wait",
+    "dock_robot": "nav2_msgs/action/DockRobot",
+    "undock_robot": "nav2_msgs/action/UndockRobot",
 }
 """Types of the actions of Nav2 that the clone executes, by their names, which the cloud uses too."""
+
+OTHER_PACKAGES: Final = {
+    "nav2_msgs/action/DockRobot": "opennav_docking_msgs/action/DockRobot",
+    "nav2_msgs/action/UndockRobot": "opennav_docking_msgs/action/UndockRobot",
+}
+"""Types of actions in releases in which another package than ``nav2_msgs`` has them, by those of later releases."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_session_arguments, logged_in
 from robots.cli.verbs import (
+    robot_docks,
     robot_drive,
     robot_goals,
     robot_import,
@@ -45,6 +46,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot; 'ppaas stop' holds it"))
+    robot_docks.configure_dock(verbs.add_parser("dock", help="dock a robot until its battery is charged"))
+    robot_docks.configure_undock(verbs.add_parser("undock", help="drive a robot out of its dock"))
     robot_drive.configure(verbs.add_parser("drive", help="drive a robot by hand, by the keys of this terminal"))
     robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
     robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
@@ -133,6 +136,8 @@ _VERBS = {
     "change": _change,
     "delete": ROBOTS.delete,
     "nodes": run_nodes,
+    "dock": robot_docks.dock,
+    "undock": robot_docks.undock,
     "drive": robot_drive.run,
     "map": robot_map.run,
     "go": robot_goals.go,

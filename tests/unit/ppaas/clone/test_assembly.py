@@ -26,7 +26,8 @@ def clone(**options) -> Graph:
 def test_a_clone_has_the_topics_and_services_of_ros():
     graph = clone()
     assert set(graph.nodes) == {
-        "map_server", "robot_state_publisher", "amcl", "move_base", "waypoint_follower", "parameter_server",
+        "map_server", "robot_state_publisher", "amcl", "move_base", "waypoint_follower", "docking_server",
+        "parameter_server",
         "tf2_web_republisher",
     }  # fmt: skip
     assert {
@@ -37,7 +38,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "move_base/local_costmap/costmap", "local_costmap/published_footprint", "move_base/local_costmap/footprint",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
         "move_base/result", "move_base/current_goal", "goal_update", "dynamic_pose", "move_base/goal_update",
-        "robots", "people",
+        "robots", "people", "battery_state", "detected_dock_pose", "docking_server/status",
         "people_coordinator/state", "speed_limit", "stop/state", "teleop_cmd", "teleop_state", "follow_waypoints/goal",
         "follow_waypoints/cancel",
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
@@ -129,7 +130,10 @@ def test_planner_parameters_apply_under_all_its_names():
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"movebase": {}}, "unknown node 'movebase'; known: aggressive_reset, amcl, conservative_reset, dijkstra, dwa"),
+        (
+            {"movebase": {}},
+            "unknown node 'movebase'; known: aggressive_reset, amcl, conservative_reset, dijkstra, docking_server",
+        ),
         ({"move_base": {"controller_freq": 5.0}}, "controller_freq.*known: .*controller_frequency"),
         ({"move_base": {"controller_frequency": "fast"}}, "controller_frequency"),
         ({"move_base": {"controller_frequency": -1.0}}, "controller_frequency must be above 0"),

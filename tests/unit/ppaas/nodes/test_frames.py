@@ -113,8 +113,8 @@ def test_topics_published_once_are_lasting() -> None:
     assert {topic.name for topic in TOPICS.values() if topic.lasting} == {
         "move_base/result", "follow_waypoints/result", "spin/result", "backup/result", "wait/result",
         "navigate_through_poses/result", "compute_and_track_route/result", "controller_server/follow_path/result",
-        "follow_object/result", "drive_on_heading/result", "explore/result", "map", "map_updates", "tf_static",
-        "follow_path/goal", "stop/state",
+        "follow_object/result", "drive_on_heading/result", "dock_robot/result", "undock_robot/result",
+        "explore/result", "map", "map_updates", "tf_static", "follow_path/goal", "stop/state",
     }  # fmt: skip
     assert all(topic.lasting for topic in TOPICS.values() if topic.published_once)
 

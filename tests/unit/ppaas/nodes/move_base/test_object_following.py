@@ -13,7 +13,7 @@ from ppaas.messages.nav2_motions import (
     FollowPathActionGoal,
     FollowPathGoal,
 )
-from ppaas.messages.nav2_routes import ComputeAndTrackRouteActionGoal, ComputeAndTrackRouteGoal
+from ppaas.messages.nav2_servers import ComputeAndTrackRouteActionGoal, ComputeAndTrackRouteGoal
 from ppaas.messages.nav_msgs import Path
 from ppaas.nodes.nav2_actions import COMPUTE_AND_TRACK_ROUTE, FOLLOW_OBJECT, FOLLOW_PATH
 from ppaas.zones.shapes import LineString

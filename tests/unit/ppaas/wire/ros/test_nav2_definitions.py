@@ -4,7 +4,7 @@ import pytest
 
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import ROS_2_RELEASES
-from robots.bridges.core.tables import ACTIONS, SERVICES
+from robots.bridges.core.tables import ACTIONS, OTHER_PACKAGES, SERVICES
 
 FIELDS = {
     "nav2_msgs/action/FollowPath_Feedback": {
@@ -57,9 +57,20 @@ def test_each_release_has_its_fields(name: str) -> None:
 @pytest.mark.parametrize("release", ROS_2_RELEASES)
 def test_each_release_has_all_that_the_bridge_offers(release: str) -> None:
     types = ros_types(release)
-    lacking = {name for name, kind in ACTIONS.items() if not types.knows(f"{kind}_SendGoal")}
+    kinds = {name: (kind, OTHER_PACKAGES.get(kind, kind)) for name, kind in ACTIONS.items()}
+    lacking = {name for name, both in kinds.items() if not any(types.knows(f"{kind}_SendGoal") for kind in both)}
     assert lacking == (set() if release == "lyrical" else {"follow_object"})
     assert all(types.knows(service.type) for service in SERVICES)
+
+
+def test_docks_are_in_another_package_in_humble() -> None:
+    results = {
+        release: [each.name for each in ros_types(release).fields(f"{package}/action/DockRobot_Result")]
+        for release, package in (("humble", "opennav_docking_msgs"), ("jazzy", "nav2_msgs"), ("lyrical", "nav2_msgs"))
+    }
+    coded = ["success", "error_code", "num_retries"]
+    assert results == {"humble": coded, "jazzy": [*coded, "error_msg"], "lyrical": [*coded, "error_msg"]}
+    assert [ros_types(each).knows("nav2_msgs/action/DockRobot_Goal") for each in ("humble", "jazzy")] == [False, True]
 
 
 def test_poses_are_goals_since_kilted() -> None:

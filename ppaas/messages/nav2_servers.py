@@ -1,4 +1,4 @@
-"""``nav2_msgs``: routes along a graph, and the actions ComputeRoute and ComputeAndTrackRoute."""
+"""``nav2_msgs``: actions of the route server and of the docking server, one type per topic as in ROS 1."""
 
 from enum import IntEnum
 
@@ -7,7 +7,7 @@ from msgspec import field
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.base.message import Empty, Float32, Message, UInt16
 from ppaas.messages.base.std_msgs import Duration, Header
-from ppaas.messages.geometry_msgs import Point, PoseStamped
+from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from ppaas.messages.nav_msgs import Path
 
 PACKAGE = "nav2_msgs"
@@ -149,3 +149,134 @@ class ComputeAndTrackRouteActionResult(Message):
     header: Header
     status: GoalStatus
     result: ComputeAndTrackRouteResult
+
+
+# -- docking -----------------------------------------------------------------------------------------------------------
+
+
+class DockError(IntEnum):
+    """The ``error_code`` of a result, with the numbers of ``nav2_msgs/DockRobot`` and ``nav2_msgs/UndockRobot``."""
+
+    NONE = 0
+    DOCK_NOT_IN_DB = 901
+    DOCK_NOT_VALID = 902
+    FAILED_TO_STAGE = 903
+    FAILED_TO_DETECT_DOCK = 904
+    FAILED_TO_CONTROL = 905
+    FAILED_TO_CHARGE = 906
+    TIMEOUT = 907
+    UNKNOWN = 999
+
+
+class DockPhase(IntEnum):
+    """The ``state`` of feedback."""
+
+    NONE = 0
+    NAV_TO_STAGING_POSE = 1
+    INITIAL_PERCEPTION = 2
+    CONTROLLING = 3
+    WAIT_FOR_CHARGE = 4
+    RETRY = 5
+
+
+def nowhere() -> PoseStamped:
+    """Return a pose without a frame."""
+    return PoseStamped(Header(), Pose(Point(0.0, 0.0), Quaternion(z=0.0, w=1.0)))
+
+
+class DockRobotGoal(Message):
+    """``nav2_msgs/DockRobotGoal``: a dock of the map by its name, or with ``use_dock_id`` false by its pose.
+
+    ``max_staging_time`` is the time for the way to the staging pose [s].
+    """
+
+    use_dock_id: bool = True
+    dock_id: str = ""
+    dock_pose: PoseStamped = field(default_factory=nowhere)
+    dock_type: str = ""
+    max_staging_time: Float32 = 1000.0
+    navigate_to_staging_pose: bool = True
+
+
+class DockRobotFeedback(Message):
+    """``nav2_msgs/DockRobotFeedback``."""
+
+    state: UInt16
+    docking_time: Duration
+    num_retries: UInt16 = 0
+
+
+class DockRobotResult(Message):
+    """``nav2_msgs/DockRobotResult``."""
+
+    success: bool = True
+    error_code: UInt16 = 0
+    num_retries: UInt16 = 0
+    error_msg: str = ""
+
+
+class DockRobotActionGoal(Message, kw_only=True):
+    """``nav2_msgs/DockRobotActionGoal``."""
+
+    header: Header = field(default_factory=Header)
+    goal_id: GoalID = field(default_factory=GoalID)
+    goal: DockRobotGoal = field(default_factory=DockRobotGoal)
+
+
+class DockRobotActionFeedback(Message):
+    """``nav2_msgs/DockRobotActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: DockRobotFeedback
+
+
+class DockRobotActionResult(Message):
+    """``nav2_msgs/DockRobotActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: DockRobotResult
+
+
+class UndockRobotGoal(Message):
+    """``nav2_msgs/UndockRobotGoal``: the type of the dock, empty for the one that the robot stands at; a time [s]."""
+
+    dock_type: str = ""
+    max_undocking_time: Float32 = 30.0
+
+
+class UndockRobotFeedback(Message):
+    """``nav2_msgs/UndockRobotFeedback``, without fields."""
+
+
+class UndockRobotResult(Message):
+    """``nav2_msgs/UndockRobotResult``."""
+
+    success: bool = True
+    error_code: UInt16 = 0
+    error_msg: str = ""
+
+
+class UndockRobotActionGoal(Message, kw_only=True):
+    """``nav2_msgs/UndockRobotActionGoal``."""
+
+    header: Header = field(default_factory=Header)
+    goal_id: GoalID = field(default_factory=GoalID)
+    goal: UndockRobotGoal = field(default_factory=UndockRobotGoal)
+
+
+class UndockRobotActionFeedback(Message):
+    """``nav2_msgs/UndockRobotActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: UndockRobotFeedback
+
+
+class UndockRobotActionResult(Message):
+    """``nav2_msgs/UndockRobotActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: UndockRobotResult

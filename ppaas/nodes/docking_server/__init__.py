@@ -1,0 +1,1 @@
+"""Node ``docking_server``: docks the robot, and undocks it."""

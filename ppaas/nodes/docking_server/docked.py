@@ -1,0 +1,61 @@
+"""The dock at which the robot stands, and whether it is charged there."""
+
+from ppaas.docking.charge import BatteryReading
+from ppaas.docking.watch import DockedWatch, has_left
+from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import String
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context
+from ppaas.nodes.docking_server.goals import DockedAt
+
+
+class DockedRobot:
+    """Keeps where the robot docked, and reports on ``docking_server/status`` how that goes.
+
+    Parameters
+    ----------
+    context : Context
+        Context of the node.
+    patience : float
+        Time after which a battery that is not charged is reported [s].
+
+    Attributes
+    ----------
+    at : DockedAt or None
+        Where it stands; None if it is not docked.
+    """
+
+    def __init__(self, context: Context, patience: float) -> None:
+        self.at: DockedAt | None = None
+        self._context, self._patience = context, patience
+        self._watch: DockedWatch | None = None
+        self._said = ""
+
+    def dock(self, at: DockedAt | None, threshold: float = 0.0) -> None:
+        """Begin to watch a robot that has docked, with the current from which it counts as charged [A]; or end it."""
+        self.at, self._watch = at, None
+        if at is not None:
+            self._watch = DockedWatch(at.dock, threshold, self._patience, self._context.elapsed())
+        self.report()
+
+    def take(self, reading: BatteryReading) -> None:
+        """Take a reading of the battery."""
+        if self._watch is not None:
+            self._watch.take(reading)
+
+    def look(self, odometry: Pose2D | None) -> None:
+        """Look whether the robot is still there and charged, from time to time."""
+        if self.at is not None and odometry is not None and has_left(self.at.pose, odometry):
+            self.dock(None)
+        elif self._watch is not None:
+            self._watch.look(self._context.elapsed())
+            self.report()
+
+    def report(self) -> None:
+        """Publish the status if it has changed."""
+        text = ""
+        if self.at is not None and self._watch is not None:
+            text = self._watch.problem or f"docked at {self.at.dock.in_words}"
+        if text != self._said:
+            self._said = text
+            self._context.publish(topics.DOCK_STATUS.name, String(text))
