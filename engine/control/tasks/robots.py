@@ -11,7 +11,7 @@ from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.specs.containers import MapVersion
 from ppaas.geometry import Pose2D
-from ppaas.tasks.dispatcher import Outcome, RobotNow
+from ppaas.tasks.orders import Outcome, RobotNow
 from ppaas.tasks.records import Place
 from storage.names import Group
 
