@@ -8,11 +8,10 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.resources.services import Services
 from endpoints.rest.task_schemas import EstimateAnswer
 from engine.control.planning.requests import CostRequest
-from engine.control.tasks.robots import labels_of
 from engine.specs.containers import MapVersion
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
-from ppaas.tasks.assignment import Distance, straight, worth
+from ppaas.tasks.assignment import Distance, labels_of, straight, worth
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.records import Place, Task
 from ppaas.tasks.rehearsal import Rehearsal

@@ -3,7 +3,9 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,6 +72,15 @@ def may_do(task: Task, robot: str, labels: Mapping[str, str]) -> bool:
     if task.named_robot not in {"", robot} or (task.weight > 0.0 and not task.weight <= payload_of(labels)):
         return False
     return all(labels.get(name) == value for name, value in task.labels.items())
+
+
+def labels_of(properties: Mapping[str, Any]) -> dict[str, str]:
+    """Return the properties of a robot that tasks may require: texts, and numbers and truths as in JSON."""
+    return {
+        name: value if isinstance(value, str) else msgspec.json.encode(value).decode()
+        for name, value in properties.items()
+        if isinstance(value, str | int | float | bool)
+    }
 
 
 def payload_of(labels: Mapping[str, str]) -> float:

@@ -71,16 +71,18 @@ async def test_a_robot_does_a_task_of_the_command_line(
     rest = await cloud.admin()
     await publish_map(rest, "office", office)
     await rest.put_robot("tb1", robot)
-    commands, _, chains, *_ = blocks(PAGE, "sh")
+    commands, _, chains, missions = blocks(PAGE, "sh")
     printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, cloud)
     assert "pick_drop" in printed and "queued" in printed
     tasks_of_office = path_of("maps", "office", "tasks")
     first = (await rest.items(tasks_of_office))[0]["id"]
-    chained = chains.replace("TASK", first)
-    (tmp_path / "chains").mkdir()
-    chained = f"export PPAAS_TOKEN={rest.token}\n{chained}"
-    printed = await asyncio.to_thread(run_shell, chained, tmp_path / "chains", cloud)
-    assert "queued" in printed
+    more = tmp_path / "more"
+    more.mkdir()
+    printed = await asyncio.to_thread(
+        run_shell, f"export PPAAS_TOKEN={rest.token}\n{chains.replace('TASK', first)}\n{missions}", more, cloud
+    )
+    assert re.search(r"\b[34] of 4 tasks done by 1 robots in \d+ s", printed), printed
+    assert (more / "morning.png").stat().st_size > 1000
     for task in reversed(await rest.items(tasks_of_office)):  # one that waits for another goes first
         await rest.delete(path_of("maps", "office", "tasks", task["id"]))
     assert rest.token is not None

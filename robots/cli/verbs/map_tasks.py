@@ -2,18 +2,14 @@
 
 import argparse
 import time
-from collections.abc import Sequence
-from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.tasks.places import places_of
 from robots.cli.verbs.task_options import add_options, options_of
 from robots.client.cloud_url import path_of
-
-if TYPE_CHECKING:
-    from robots.client.rest import RestClient
 
 COLUMNS = ("id", "kind", "priority", "state", "robot", "visited", "reason")
 ADDED_COLUMNS = (*COLUMNS, "estimate")
@@ -86,46 +82,6 @@ async def _add(arguments: argparse.Namespace) -> None:
     show(found, ADDED_COLUMNS, as_json=arguments.json)
     if arguments.wait and found["state"] != "done":
         raise Unavailable(f"the task is not done: {found['state']}: {found['reason'] or 'no reason was given'}")
-
-
-async def places_of(client: "RestClient", map_id: str, given: Sequence[Sequence[str]]) -> list[list[float]]:
-    """Return places that are given as numbers or as names of stations of a map.
-
-    Raises
-    ------
-    InvalidInput
-        The map has no station of that name; the text has those that it has.
-    """
-    numbers = [_numbers(words) for words in given]
-    if None not in numbers:
-        return [place for place in numbers if place is not None]
-    zones = await client.get(path_of("maps", map_id, "zones"))
-    stations = {zone["properties"]["name"]: zone for zone in zones["features"] if _is_station(zone)}
-    return [
-        place if place is not None else _station(stations, " ".join(words), map_id)
-        for place, words in zip(numbers, given, strict=True)
-    ]
-
-
-def _numbers(words: Sequence[str]) -> list[float] | None:
-    try:
-        return [float(word) for word in words]
-    except ValueError:
-        return None
-
-
-def _is_station(zone: dict[str, Any]) -> bool:
-    return bool(zone["properties"]["kind"] == "station")
-
-
-def _station(stations: dict[str, Any], name: str, map_id: str) -> list[float]:
-    if name not in stations:
-        near = get_close_matches(name, stations, 3, 0.4) or sorted(stations)[:10]
-        known = f"; do you mean {', '.join(map(repr, near))}?" if near else ": it has none; see ppaas map import-graph"
-        raise InvalidInput(f"the map {map_id} has no station {name!r}{known}")
-    x, y = stations[name]["geometry"]["coordinates"][:2]
-    yaw = stations[name]["properties"].get("yaw")
-    return [x, y] if yaw is None else [x, y, yaw]
 
 
 def _body(arguments: argparse.Namespace, places: list[list[float]]) -> dict[str, Any]:

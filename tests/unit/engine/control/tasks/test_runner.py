@@ -13,7 +13,7 @@ from msgspec import Raw
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
-from engine.control.tasks.robots import TaskRobots, labels_of
+from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
@@ -21,6 +21,7 @@ from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.tasks.assignment import labels_of
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.records import Task
