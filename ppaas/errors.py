@@ -10,6 +10,7 @@
     │   ├── InvalidMap              invalid map file, occupancy grid or voxel grid
     │   ├── InvalidUrdf             invalid robot description (URDF)
     │   ├── InvalidZones            invalid zones of a map
+    │   ├── InvalidBuilding         invalid record of a building
     │   ├── InvalidGraph            invalid pose graph, or file of one
     │   └── InvalidParameter        unknown, of the wrong type, or out of range
     │       └── InvalidRobot        parts of a robot file that its clone refuses
@@ -116,14 +117,7 @@ class ZoneFault(NamedTuple):
 
 
 class InvalidZones(InvalidInput):
-    """The zones of a map are invalid.
-
-    Parameters
-    ----------
-    text : str
-    faults : sequence of ZoneFault
-        What is wrong with which zone, where that is known.
-    """
+    """The zones of a map are invalid; ``faults`` are what is wrong with which zone, where that is known."""
 
     slug = "invalid-zones"
     faults: tuple[ZoneFault, ...] = ()
@@ -131,6 +125,12 @@ class InvalidZones(InvalidInput):
     def __init__(self, text: str, faults: Sequence[ZoneFault] = ()) -> None:
         super().__init__(text)
         self.faults = tuple(faults)
+
+
+class InvalidBuilding(InvalidInput):
+    """The record of a building is invalid."""
+
+    slug = "invalid-building"
 
 
 class InvalidGraph(InvalidInput):

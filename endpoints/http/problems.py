@@ -96,6 +96,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.UnknownType: (400, "Unknown type"),
     errors.InvalidMap: (422, "Invalid map"),
     errors.InvalidUrdf: (422, "Invalid URDF"),
+    errors.InvalidBuilding: (422, "Invalid building"),
     errors.InvalidZones: (422, "Invalid zones"),
     errors.InvalidParameter: (422, "Invalid parameter"),
     errors.InvalidRobot: (422, "Invalid robot"),

@@ -14,7 +14,7 @@ from ppaas.zones.zone import KINDS, AnyRule, Zone, ZoneSet, check_zone
 
 # -- properties of features, also after the tables of a GIS ------------------------------------------------------------
 
-_SWITCHES = {"one_way", "strict"}
+_SWITCHES = {"one_way", "strict", "charges"}
 """Properties that are true or false."""
 
 _LISTS = {"times", "uses"}
@@ -241,7 +241,9 @@ def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Note
         plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if has_places else given
         found: Geometry = converted(plain, Geometry)
     except msgspec.ValidationError as error:
-        advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString, a station a Point"
+        advice = (
+            "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString, a station or dock a Point"
+        )
         place = first_place(given)
         begins = f"; it begins at {place_text(place)}" if place else ""
         text = f"{error!s:.200}{advice if 'Invalid value' in str(error) else ''}{begins}"

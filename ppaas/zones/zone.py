@@ -10,13 +10,13 @@ from msgspec import Meta
 
 from ppaas.errors import InvalidZones
 from ppaas.zones.schedule import Hours, is_in_force, next_limit, time_zone_of
-from ppaas.zones.shapes import Area, Geometry, Point, check_geometry, lines_of
+from ppaas.zones.shapes import Area, Geometry, Point, check_geometry, lines_of, polygons_of
 
 MOST_ZONES, MOST_POSITIONS, MOST_HOURS = 500, 20_000, 50
-"""Largest numbers of zones of a map but stations, of positions of all zones, and of hours of a zone."""
+"""Largest numbers of zones of a map but marks, of positions of all zones, and of hours of a zone."""
 
-MOST_STATIONS = 2000
-"""Largest number of zones of the kind ``station``: nothing is computed for them."""
+MOST_MARKS = 2000
+"""Largest number of zones that are marks, such as stations: nothing is computed for them."""
 
 MOST_ON_LANES = 2000
 """Largest number of positions of all zones of the kind ``lane``."""
@@ -109,12 +109,21 @@ class Capacity(Rule, frozen=True, tag="capacity"):
     robots: Annotated[int, Meta(ge=1, le=1000)]
 
 
+class Mark(Rule, frozen=True):
+    """Place that robots use; no rule of the traffic, and always there."""
+
+
 Use = Literal["park", "charge", "wait", "pick", "drop", "clean", "dock"]
 """What a station is for."""
 
+Yaw = Annotated[float, Meta(ge=-7.0, le=7.0)]
+"""Heading [rad]."""
 
-class Station(Rule, frozen=True, tag="station"):
-    """Named place, where robots are sent; no rule of the traffic.
+Name = Annotated[str, Meta(min_length=1, max_length=LONGEST_NAME)]
+
+
+class Station(Mark, frozen=True, tag="station"):
+    """Named place, where robots are sent.
 
     Parameters
     ----------
@@ -124,11 +133,73 @@ class Station(Rule, frozen=True, tag="station"):
         What it is for; any use if empty.
     """
 
-    yaw: Annotated[float, Meta(ge=-7.0, le=7.0)] | None = None
+    yaw: Yaw | None = None
     uses: list[Use] = []
 
 
-AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity | Station
+class Door(Mark, frozen=True, tag="door"):
+    """Door: a line across the way, from one side of the opening to the other.
+
+    Parameters
+    ----------
+    lift : str
+        Id of the lift whose car is behind it; empty if it leads to another part of the floor.
+    """
+
+    lift: Annotated[str, Meta(max_length=LONGEST_NAME)] = ""
+
+
+class LiftCar(Mark, frozen=True, tag="lift"):
+    """Floor of the car of a lift while it stops on this map.
+
+    Parameters
+    ----------
+    lift : str
+        Id of the lift in its building; the name of the zone if empty.
+    """
+
+    lift: Annotated[str, Meta(max_length=LONGEST_NAME)] = ""
+
+    @property
+    def lift_id(self) -> str:
+        """Id of the lift."""
+        return self.lift or self.name
+
+
+class Passage(Mark, frozen=True, tag="passage"):
+    """End, on this map, of stairs, a ramp or a bridge to another map.
+
+    Parameters
+    ----------
+    way : str
+        Id of the way in its building; another map has its other end.
+    yaw : float
+        Heading of a robot that enters the way there [rad]; it leaves the way with the opposite heading.
+    """
+
+    way: Name
+    yaw: Yaw
+
+
+class Dock(Mark, frozen=True, tag="dock"):
+    """Dock: the place of a robot that is docked.
+
+    Parameters
+    ----------
+    yaw : float
+        Heading of a docked robot [rad].
+    dock_type : str
+        How robots find it: the name of a detector; the robot's usual one if empty.
+    charges : bool
+        Whether robots are charged there.
+    """
+
+    yaw: Yaw
+    dock_type: Annotated[str, Meta(max_length=LONGEST_NAME)] = ""
+    charges: bool = True
+
+
+AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity | Station | Door | LiftCar | Passage | Dock
 
 KINDS = tuple(str(rule.__struct_config__.tag) for rule in get_args(AnyRule))
 """Names of the kinds of zones."""
@@ -140,7 +211,8 @@ class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properti
     Parameters
     ----------
     geometry : Geometry
-        In metres in the frame of the map; lines only for ``lane`` and ``one_way``, a point for a ``station``.
+        In metres in the frame of the map; lines only for ``lane``, ``one_way`` and ``door``, a point for a
+        ``station``, ``passage`` or ``dock``.
     rule : Rule
         ``properties`` in JSON.
     """
@@ -187,11 +259,11 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     def __post_init__(self) -> None:
         """Check what types do not."""
         time_zone_of(self.time_zone)
-        stations = sum(isinstance(each.rule, Station) for each in self.zones)
-        if len(self.zones) - stations > MOST_ZONES:
-            raise InvalidZones(f"a map may have {MOST_ZONES} zones, not {len(self.zones) - stations}")
-        if stations > MOST_STATIONS:
-            raise InvalidZones(f"a map may have {MOST_STATIONS} stations, not {stations}")
+        marks = sum(isinstance(each.rule, Mark) for each in self.zones)
+        if len(self.zones) - marks > MOST_ZONES:
+            raise InvalidZones(f"a map may have {MOST_ZONES} zones, not {len(self.zones) - marks}")
+        if marks > MOST_MARKS:
+            raise InvalidZones(f"a map may have {MOST_MARKS} stations, doors and docks, not {marks}")
         names: set[str] = set()
         for each in self.zones:
             if each.name in names:
@@ -245,12 +317,7 @@ def check_zone(zone: Zone) -> int:
     is_line = bool(lines_of(zone.geometry))
     if rule.time_zone is not None:
         time_zone_of(rule.time_zone)
-    if isinstance(rule, Station) != isinstance(zone.geometry, Point):
-        raise InvalidZones(f"zone {zone.name!r}: a station is a point, and all other zones are areas or lines")
-    if isinstance(rule, Station) and rule.times:
-        raise InvalidZones(f"zone {zone.name!r}: a station has no times; it is a place, and not a rule")
-    if is_line and not isinstance(rule, OneWay | Lane):
-        raise InvalidZones(f"zone {zone.name!r}: only a lane or a one_way zone may be a line; draw a polygon")
+    _check_shape(zone, is_line=is_line)
     if isinstance(rule, Lane):
         _check_lane(zone.name, rule, is_line=is_line)
     if isinstance(rule, SpeedZone) and (rule.max_speed is None) == (rule.percent is None):
@@ -261,6 +328,28 @@ def check_zone(zone: Zone) -> int:
         if not is_line and (rule.direction is None or not math.isfinite(rule.direction)):
             raise InvalidZones(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
     return positions
+
+
+_POINTS = (Station, Passage, Dock)
+
+
+def _check_shape(zone: Zone, *, is_line: bool) -> None:
+    rule = zone.rule
+    if isinstance(rule, _POINTS) != isinstance(zone.geometry, Point):
+        text = "a station, a passage or a dock is a point, and all other zones are areas or lines"
+        raise InvalidZones(f"zone {zone.name!r}: {text}")
+    if isinstance(rule, Mark) and rule.times:
+        raise InvalidZones(f"zone {zone.name!r}: {_a(rule)} has no times; it is a place, and not a rule")
+    if is_line and not isinstance(rule, OneWay | Lane | Door):
+        raise InvalidZones(f"zone {zone.name!r}: only a lane, a door or a one_way zone may be a line; draw a polygon")
+    if isinstance(rule, Door) and len(lines_of(zone.geometry)) != 1:
+        raise InvalidZones(f"zone {zone.name!r}: a door is one line, from one side of the opening to the other")
+    if isinstance(rule, LiftCar) and len(polygons_of(zone.geometry)) != 1:
+        raise InvalidZones(f"zone {zone.name!r}: the car of a lift is one polygon")
+
+
+def _a(rule: Rule) -> str:
+    return f"a {rule.__struct_config__.tag}"
 
 
 def _check_lane(name: str, rule: Lane, *, is_line: bool) -> None:

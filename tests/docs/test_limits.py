@@ -104,7 +104,7 @@ ROWS = {
         zone.MOST_ON_LANES,
         zone.MOST_CAPACITIES,
         zone.MOST_HOURS,
-        zone.MOST_STATIONS,
+        zone.MOST_MARKS,
     ],
     ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
     ("image of a map", "pixels of PGM and PPM"): [

@@ -16,12 +16,16 @@ from ppaas.zones.schedule import DAYS, Hours
 from ppaas.zones.zone import (
     LONGEST_NAME,
     MOST_CAPACITIES,
+    MOST_MARKS,
     MOST_ON_LANES,
     MOST_POSITIONS,
-    MOST_STATIONS,
     MOST_ZONES,
     AnyRule,
+    Dock,
+    Door,
     Lane,
+    LiftCar,
+    Passage,
 )
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
@@ -51,7 +55,8 @@ def test_the_examples_are_zones_on_the_office_of_every_kind() -> None:
     for zones in (shown, file, lanes):
         assert check_on_map(zones, info) == []
     assert {type(zone.rule) for zone in shown.zones} == set(get_args(AnyRule))
-    assert {type(zone.rule) for zone in file.zones} == set(get_args(AnyRule)) - {Lane}, "they would close the rooms"
+    without = {Lane, Door, LiftCar, Passage, Dock}  # lanes would close the rooms
+    assert {type(zone.rule) for zone in file.zones} == set(get_args(AnyRule)) - without
     assert lanes.lanes == lanes.zones
     by_name = {zone.name: zone for zone in shown.zones}
     assert by_name["store room"].rule == KINDS["capacity"](name="store room", robots=2)
@@ -78,7 +83,8 @@ def test_the_fields_and_days_of_times_are_those_of_the_code(page: str) -> None:
 
 
 def test_the_numbers_and_ignored_properties_are_those_of_the_code(page: str) -> None:
-    limits = f"{MOST_STATIONS} stations, and {MOST_ZONES} other zones with {MOST_POSITIONS} positions together"
+    limits = f"{MOST_MARKS} stations, doors, lifts, passages and docks, and {MOST_ZONES} other zones"
+    limits += f" with {MOST_POSITIONS} positions together"
     limits += f", of which {MOST_ON_LANES} are of lanes, and"
     assert f"up to {limits} {MOST_CAPACITIES} zones of" in page
     assert f"of up to {LONGEST_NAME} characters" in page

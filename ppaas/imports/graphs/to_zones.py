@@ -17,9 +17,9 @@ from ppaas.zones.validity import line_fault
 from ppaas.zones.zone import (
     LONGEST_NAME,
     MOST_CAPACITIES,
+    MOST_MARKS,
     MOST_ON_LANES,
     MOST_POSITIONS,
-    MOST_STATIONS,
     AnyRule,
     Capacity,
     Lane,
@@ -90,7 +90,7 @@ class _Zones:
         self.found: list[Zone] = []
         self.notes = notes
         self._names: set[str] = set()
-        self._left = MOST_POSITIONS - MOST_ON_LANES - MOST_STATIONS
+        self._left = MOST_POSITIONS - MOST_ON_LANES - MOST_MARKS
 
     def add(self, name: str, rule: type[AnyRule], geometry: Any, **fields: Any) -> None:
         """Add a zone."""
@@ -196,8 +196,8 @@ def _disc(place: Place) -> "shapely.Polygon":
 
 def _add_stations(zones: _Zones, stations: Sequence[GraphStation], notes: GatheredNotes) -> None:
     for number, station in enumerate(stations):
-        if number >= MOST_STATIONS:
-            notes.refused(station.part, f"a map may have {MOST_STATIONS} stations")
+        if number >= MOST_MARKS:
+            notes.refused(station.part, f"a map may have {MOST_MARKS} stations")
             continue
         yaw = None if station.yaw is None else round(station.yaw, _ROUND)
         uses = [use for use in dict.fromkeys(station.uses) if use in USES]

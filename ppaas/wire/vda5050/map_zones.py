@@ -33,7 +33,7 @@ from ppaas.wire.vda5050.headers import MessageHeader, timestamp
 from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
 from ppaas.zones.shapes import Position, Ring, lines_of, polygons_of
-from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Station, Zone, ZoneSet
+from ppaas.zones.zone import Capacity, KeepOut, Lane, Mark, NoStop, OneWay, SpeedZone, Zone, ZoneSet
 
 RELEASED = 1
 """Number of robots in a zone of type RELEASE, whose message has none: access is granted to one after the other."""
@@ -146,7 +146,7 @@ def expressed_zones(zones: Iterable[Zone], top_speed: float | None = None) -> tu
     top_speed : float, optional
         Top speed of the AGV [m/s], for limits that are percentages.
     """
-    given = [zone for zone in zones if not isinstance(zone.rule, Station)]
+    given = [zone for zone in zones if not isinstance(zone.rule, Mark)]
     taken = {zone.name for zone in given}
     found: list[wire.Zone] = []
     problems: list[str] = []
@@ -189,7 +189,7 @@ def _fields(zone: Zone, top_speed: float | None) -> dict[str, Any]:
         case Capacity(robots=robots):
             text = f"at most {robots} robot{'' if robots == 1 else 's'} at a time"
             return {"zone_type": "RELEASE", "release_loss_behavior": "STOP", "zone_descriptor": text}
-        case NoStop() | Lane() | Station():
+        case NoStop() | Lane() | Mark():
             kind = "lane" if isinstance(zone.rule, Lane) else "no_stop"
             raise InvalidInput(f"zone {zone.name!r} is of the kind {kind}, which VDA 5050 3.0 does not have")
 

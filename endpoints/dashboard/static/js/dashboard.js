@@ -112,7 +112,7 @@ export class Dashboard {
     await this.#showSharing();
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#cloud.radii);
     showMachines(machines?.filter(({ state }) => state !== "starting") ?? null);
-    showEndpoints(endpoints);
+    showEndpoints(endpoints, machines);
     showContainers(containers, isAdmin);
     this.#refresh();
     this.#pages.update();

@@ -15,11 +15,12 @@ export function machineGauges({ cores, load, memory, memory_used: used }) {
   ];
 }
 
-/** @param {object} endpoint it uses one core at most @param {number} largest memory of any endpoint @returns {Gauge[]} */
-export function endpointGauges({ cpu, memory }, largest) {
+/** @param {object} endpoint it uses one core at most @param {object[]} machines @returns {Gauge[]} */
+export function endpointGauges({ cpu, memory, machine }, machines) {
+  const whole = (machines.find(({ id }) => id === machine) ?? machines[0])?.memory;
   return [
     { what: "CPU", share: cpu, value: `${number(cpu, 2)} of 1 core`, full: cpu > HIGH },
-    { what: "Memory", share: memory / largest, value: bytes(memory) },
+    { what: "Memory", share: whole ? memory / whole : 0, value: whole ? `${bytes(memory)} of ${bytes(whole)}` : bytes(memory) },
   ];
 }
 
@@ -92,12 +93,11 @@ export function showMachines(machines) {
   });
 }
 
-/** @param {object[] | null} endpoints null where the user may not see them */
-export function showEndpoints(endpoints) {
+/** @param {object[] | null} endpoints @param {object[] | null} machines both null where the user may not see them */
+export function showEndpoints(endpoints, machines) {
   byId("endpoints-load").hidden = endpoints === null;
-  const largest = Math.max(1, ...(endpoints ?? []).map(({ memory }) => memory));
   show(byId("endpoints"), endpoints ?? [], ({ id }) => id, create, (item, endpoint) => {
-    fill(item, endpoint.id, endpointNote(endpoint), endpointGauges(endpoint, largest));
+    fill(item, endpoint.id, endpointNote(endpoint), endpointGauges(endpoint, machines ?? []));
   });
 }
 

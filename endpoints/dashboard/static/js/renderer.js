@@ -1,7 +1,8 @@
 /** Draws the map and the robots: at most once per frame, and only after changes. */
 
 import { MapPicture } from "./map_picture.js";
-import { body, dashes, dots, label, line, target } from "./shapes.js";
+import { placesOf } from "./robot_names.js";
+import { body, dashes, dots, label, line, target, widthOf } from "./shapes.js";
 
 /** @typedef {"zones" | "traffic" | "people" | "places"} Extra a layer that is not one of robots */
 
@@ -99,6 +100,7 @@ export class Renderer {
     for (const link of links) this.#drawTarget(context, link);
     this.#layers.get("people")?.draw(context, this.#view);
     for (const link of links) this.#drawRobot(context, link);
+    this.#drawNames(context, links);
     this.#layers.get("places")?.draw(context, this.#view);
     if (this.#aim) target(context, this.#aim.from, this.#aim.theta, this.#aim.colour, this.#theme.halo);
   }
@@ -144,10 +146,27 @@ export class Renderer {
 
   #drawRobot(context, link) {
     const at = this.#view.toScreen(link.state.pose);
-    const radius = Math.max(LEAST, link.robot.radius * this.#view.scale);
+    const radius = this.#radiusOf(link);
     const selected = link === this.#fleet.selected;
     const style = { colour: this.colourOf(link), halo: this.#theme.halo, faded: link.presence !== "online", selected };
     body(context, at, radius, link.state.pose.theta, style);
-    label(context, link.robot.id, at.x, at.y + radius + (selected ? 10 : 5), this.#theme.ink, this.#theme.halo, selected);
+  }
+
+  #drawNames(context, links) {
+    const named = links.map((link) => ({
+      ...this.#view.toScreen(link.state.pose),
+      id: link.robot.id,
+      radius: this.#radiusOf(link),
+      width: widthOf(context, link.robot.id, link === this.#fleet.selected),
+      selected: link === this.#fleet.selected,
+    }));
+    const places = placesOf(named);
+    for (const { id, x, selected } of named) {
+      if (places.has(id)) label(context, id, x, places.get(id), this.#theme.ink, this.#theme.halo, selected);
+    }
+  }
+
+  #radiusOf(link) {
+    return Math.max(LEAST, link.robot.radius * this.#view.scale);
   }
 }

@@ -129,9 +129,17 @@ function arrow(context, theta) {
   context.lineTo(...at(21, 6));
 }
 
+const fontOf = (bold) => `${bold ? 600 : 500} 12px system-ui, sans-serif`;
+
+/** The width of a label [pixels]. */
+export function widthOf(context, text, bold) {
+  context.font = fontOf(bold);
+  return context.measureText(text).width;
+}
+
 /** A name with a halo, legible on any background. */
 export function label(context, text, x, y, ink, halo, bold) {
-  context.font = `${bold ? 600 : 500} 12px system-ui, sans-serif`;
+  context.font = fontOf(bold);
   context.textAlign = "center";
   context.textBaseline = "top";
   context.lineJoin = "round";

@@ -9,7 +9,7 @@ from ppaas.imports.graphs.model.cleaning import is_place
 from ppaas.imports.graphs.model.gathered import GatheredNotes
 from ppaas.imports.graphs.model.route_graph import GraphOptions, Place, ReadGraph, RouteGraph, points_of
 from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, items, levels_of
-from ppaas.imports.graphs.rmf.levels import Building, places_of, raw_place, value_of
+from ppaas.imports.graphs.rmf.levels import RmfBuilding, places_of, raw_place, value_of
 from ppaas.imports.graphs.rmf.nav_graph import chosen_level
 from ppaas.imports.report import ImportReport
 
@@ -39,7 +39,7 @@ def building_graph_of(tree: Mapping[str, Any], report: ImportReport, options: Gr
     """
     levels = levels_of(tree, report.source)
     named = str(tree.get("reference_level_name"))
-    building = Building(tree, levels, named if named in levels else next(iter(levels)))
+    building = RmfBuilding(tree, levels, named if named in levels else next(iter(levels)))
     name = chosen_level(levels, options.level, building.reference, report)
     level, notes = levels[name], GatheredNotes()
     lanes = _chosen_lanes(level, name, report, options)

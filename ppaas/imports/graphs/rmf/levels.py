@@ -49,7 +49,7 @@ class Similarity(NamedTuple):
         )
 
 
-class Building(NamedTuple):
+class RmfBuilding(NamedTuple):
     """Building of Open-RMF.
 
     Parameters
@@ -86,7 +86,7 @@ def raw_place(given: Any) -> Place | None:
 
 
 def places_of(
-    building: Building, level: str, raw: Sequence[Place], report: ImportReport, options: GraphOptions
+    building: RmfBuilding, level: str, raw: Sequence[Place], report: ImportReport, options: GraphOptions
 ) -> list[Place]:
     """Return positions of a floor in metres.
 
@@ -113,7 +113,7 @@ def places_of(
 
 
 def _from_earth(
-    building: Building, degrees: Sequence[Place], report: ImportReport, options: GraphOptions
+    building: RmfBuilding, degrees: Sequence[Place], report: ImportReport, options: GraphOptions
 ) -> list[Place]:
     crs = building.parameter("generate_crs")
     if options.anchor is not None or not isinstance(crs, str) or not crs:
@@ -131,7 +131,7 @@ def _from_earth(
 # -- drawings: pixels --------------------------------------------------------------------------------------------------
 
 
-def similarity_of(building: Building, level: str, report: ImportReport, options: GraphOptions) -> Similarity:
+def similarity_of(building: RmfBuilding, level: str, report: ImportReport, options: GraphOptions) -> Similarity:
     """Return the scale, rotation and shift of a floor in pixels, and report where they come from."""
     own = options.scale or _measured(building.levels[level])
     if level == building.reference:

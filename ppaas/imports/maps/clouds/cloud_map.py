@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.maps.clouds.distinct import DENSE as DENSE_VOLUME
 from ppaas.imports.maps.clouds.distinct import distinct
-from ppaas.imports.maps.clouds.ground import Floor, find_floor, flat_floor
+from ppaas.imports.maps.clouds.ground import CloudFloor, find_floor, flat_floor
 from ppaas.imports.maps.clouds.octomap_file import free_columns
 from ppaas.imports.maps.clouds.point_cloud import Coordinates, PointCloud
 from ppaas.imports.maps.clouds.rays import seen_through
@@ -55,7 +55,7 @@ class _Slice:
 
     info: GridInfo
     cells: NDArray[np.int64]
-    floor: Floor
+    floor: CloudFloor
 
 
 def map_of_cloud(cloud: PointCloud, options: MapOptions, report: ImportReport) -> ImportedMap:

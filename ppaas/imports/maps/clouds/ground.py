@@ -42,7 +42,7 @@ _Field = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
+class CloudFloor:
     """Heights of the floor.
 
     Parameters
@@ -59,7 +59,7 @@ class Floor:
     is_flat: bool
 
 
-def find_floor(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_] | None = None) -> Floor:
+def find_floor(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_] | None = None) -> CloudFloor:
     """Return the floor of a cloud.
 
     Parameters
@@ -78,9 +78,9 @@ def find_floor(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_] | 
     return _terrain(points, info, ground)
 
 
-def flat_floor(points: Coordinates, level: float) -> Floor:
+def flat_floor(points: Coordinates, level: float) -> CloudFloor:
     """Return a flat floor at a height [m]."""
-    return Floor(level, points[:, 2] - np.float32(level), is_flat=True)
+    return CloudFloor(level, points[:, 2] - np.float32(level), is_flat=True)
 
 
 def _flat_level(points: Coordinates, info: GridInfo) -> tuple[float, float]:
@@ -109,7 +109,7 @@ def _flat_level(points: Coordinates, info: GridInfo) -> tuple[float, float]:
 # -- ground of a terrain -----------------------------------------------------------------------------------------------
 
 
-def _terrain(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_]) -> Floor:
+def _terrain(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_]) -> CloudFloor:
     cell = max(GROUND_CELL, 4.0 * info.resolution)
     shape = int(info.height * info.resolution / cell) + 1, int(info.width * info.resolution / cell) + 1
     local = (points[:, :2] - np.array([info.origin.x, info.origin.y], np.float32)) / np.float32(cell)
@@ -125,7 +125,7 @@ def _terrain(points: Coordinates, info: GridInfo, ground: NDArray[np.bool_]) -> 
         lift = np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(shape).astype(np.float32)
         surface = surface + _filled(lift)
     heights = points[:, 2] - _between(surface, local)
-    return Floor(float(np.mean(surface)), heights, is_flat=False)
+    return CloudFloor(float(np.mean(surface)), heights, is_flat=False)
 
 
 def _lowest(local: NDArray[np.float32], heights: NDArray[np.float32], shape: tuple[int, int]) -> _Field:

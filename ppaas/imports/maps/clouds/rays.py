@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.imports.maps.clouds.ground import Floor
+from ppaas.imports.maps.clouds.ground import CloudFloor
 from ppaas.imports.maps.clouds.point_cloud import Coordinates, ScanOrigin
 from ppaas.maps.grid import GridInfo
 
@@ -17,7 +17,7 @@ MOST_SAMPLES = 1 << 22
 
 
 def seen_through(
-    points: Coordinates, origins: Sequence[ScanOrigin], floor: Floor, info: GridInfo, heights: tuple[float, float]
+    points: Coordinates, origins: Sequence[ScanOrigin], floor: CloudFloor, info: GridInfo, heights: tuple[float, float]
 ) -> NDArray[np.bool_]:
     """Return the cells through which rays passed at heights above the floor at which a robot is.
 
@@ -25,7 +25,7 @@ def seen_through(
     ----------
     points : (n, 3) float32 array
     origins : sequence of ScanOrigin
-    floor : Floor
+    floor : CloudFloor
     info : GridInfo
         Grid around the points, not turned.
     heights : tuple of float

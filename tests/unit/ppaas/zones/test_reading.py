@@ -65,7 +65,7 @@ def test_all_features_that_are_no_zones_are_named() -> None:
         )
     assert [fault.zone for fault in caught.value.faults] == ["b", "c", "a"]
     assert "zone 'b' (features[1].geometry) has no geometry" in str(caught.value)
-    assert "zone 'c': a station is a point, and all other zones are areas or lines" in str(caught.value)
+    assert "zone 'c': a station, a passage or a dock is a point, and all other" in str(caught.value)
 
 
 def test_many_faults_are_counted_in_a_short_text() -> None:

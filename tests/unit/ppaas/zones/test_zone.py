@@ -12,9 +12,9 @@ from ppaas.errors import InvalidZones
 from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.zone import (
     MOST_CAPACITIES,
+    MOST_MARKS,
     MOST_ON_LANES,
     MOST_POSITIONS,
-    MOST_STATIONS,
     MOST_ZONES,
     NO_ZONES,
     Capacity,
@@ -98,16 +98,16 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "no features": ('{"type": "FeatureCollection"}', "missing required field `features`"),
     "deep properties": (text(feature(_x=0)).replace("0}", "[" * 100_000 + "]" * 100_000 + "}"), "nested too deeply"),
     "no geometry": (text(feature(None)), "zone 'a' (features[0].geometry) has no geometry: draw a polygon"),
-    "a point": (text(feature(POINT)), "a station is a point, and all other zones are areas or lines"),
-    "a station that is an area": (text(feature(kind="station")), "a station is a point"),
+    "a point": (text(feature(POINT)), "a station, a passage or a dock is a point, and all"),
+    "a station that is an area": (text(feature(kind="station")), "a station, a passage or a dock is a point"),
     "a station with times": (text(feature(POINT, kind="station", times=[{}])), "a station has no times"),
     "a station for what nobody does": (
         text(feature(POINT, kind="station", uses=["sing"])),
         "Invalid enum value 'sing'",
     ),
     "too many stations": (
-        text(*(feature(POINT, name=f"s{n}", kind="station") for n in range(MOST_STATIONS + 1))),
-        f"a map may have {MOST_STATIONS} stations, not {MOST_STATIONS + 1}",
+        text(*(feature(POINT, name=f"s{n}", kind="station") for n in range(MOST_MARKS + 1))),
+        f"a map may have {MOST_MARKS} stations, doors and docks, not {MOST_MARKS + 1}",
     ),
     "many points": (text(feature({"type": "MultiPoint", "coordinates": [[0, 0]]})), "Invalid value 'MultiPoint'"),
     "no properties": (text({"type": "Feature", "geometry": SQUARE, "properties": None}), "features[0].properties"),
@@ -121,7 +121,10 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "no polygons": (text(feature({"type": "MultiPolygon", "coordinates": [[]]})), "zone 'a' has no coordinates"),
     "a line of one": (text(feature(line([0, 0]), kind="one_way", width=1)), "a line needs two positions"),
     "a line that stands": (text(feature(line([0, 0], [0, 0]), kind="one_way", width=1)), "a line needs two positions"),
-    "a line to keep out of": (text(feature(LINE)), "zone 'a': only a lane or a one_way zone may be a line; draw a"),
+    "a line to keep out of": (
+        text(feature(LINE)),
+        "zone 'a': only a lane, a door or a one_way zone may be",
+    ),
     "a lane that is an area": (text(feature(kind="lane")), "zone 'a': a lane is a line; a polygon with"),
     "a lane with times": (text(feature(LINE, kind="lane", times=[{}])), "zone 'a': a lane is always in force; draw"),
     "a wide lane": (text(feature(LINE, kind="lane", width=1)), "Object contains unknown field `width`"),

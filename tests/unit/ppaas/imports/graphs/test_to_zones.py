@@ -11,7 +11,7 @@ from ppaas.imports.graphs.to_zones import zones_of_graph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.gate import checked_zones
 from ppaas.zones.reading import geojson_of
-from ppaas.zones.zone import MOST_CAPACITIES, MOST_ON_LANES, MOST_STATIONS, Capacity, Lane, SpeedZone, Station, ZoneSet
+from ppaas.zones.zone import MOST_CAPACITIES, MOST_MARKS, MOST_ON_LANES, Capacity, Lane, SpeedZone, Station, ZoneSet
 from tests.support.budget import examples
 from tests.support.graphs import NO_EFFECT, REFUSED, SQUARE, TRANSLATED, both_ways, graph_of, segments_of, texts
 
@@ -107,18 +107,15 @@ def test_what_a_map_has_no_room_for_is_refused() -> None:
     rows = [(side * y + x, side * y + x + 1) for y in range(side) for x in range(side - 1)]
     columns = [(side * y, side * y + side) for y in range(side - 1)]
     graph = graph_of(places, both_ways(*rows, *columns))
-    graph.stations += [GraphStation(f"s{at}", (0.0, 0.0), part=f"s{at}") for at in range(MOST_STATIONS + 3)]
+    graph.stations += [GraphStation(f"s{at}", (0.0, 0.0), part=f"s{at}") for at in range(MOST_MARKS + 3)]
     zones, report = zones_of(graph)
-    assert len(zones.stations) == MOST_STATIONS
+    assert len(zones.stations) == MOST_MARKS
     assert MOST_ON_LANES - 100 < sum(len(zone.geometry.coordinates) for zone in zones.lanes) <= MOST_ON_LANES
     refused = texts(report, REFUSED)
     assert any(
         f"a map may have {MOST_ON_LANES} positions on lanes, and the graph has" in text for text in refused.values()
     )
-    assert (
-        refused[f"s{MOST_STATIONS}, s{MOST_STATIONS + 1}, s{MOST_STATIONS + 2}"]
-        == f"a map may have {MOST_STATIONS} stations"
-    )
+    assert refused[f"s{MOST_MARKS}, s{MOST_MARKS + 1}, s{MOST_MARKS + 2}"] == f"a map may have {MOST_MARKS} stations"
 
 
 def test_positions_on_straight_parts_are_left_out_before_lanes_are() -> None:

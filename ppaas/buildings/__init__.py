@@ -1,0 +1,1 @@
+"""Buildings: floors that are maps, and the lifts, doors, stairs and ramps between and on them."""
