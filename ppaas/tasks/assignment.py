@@ -3,12 +3,14 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.tracks.hungarian import least_cost
-from ppaas.tasks.records import Place, Task
+from ppaas.tasks.records import PAYLOAD, Place, Task
 
 SPEED = 0.5
 """Speed by which distances are estimated as times [m/s]."""
@@ -62,12 +64,31 @@ def straight(start: Place, goal: Place) -> float:
 def worth(task: Task, now: float) -> float:
     """Return for how much longer a robot may drive to a task than to a new one of priority 0 [s]."""
     left = math.inf if task.deadline is None else max(0.0, task.deadline - now)
-    return PRIORITY * task.priority + max(0.0, now - task.created) + URGENCY * max(0.0, URGENT - left)
+    return PRIORITY * task.priority + max(0.0, now - task.may_start) + URGENCY * max(0.0, URGENT - left)
 
 
-def has_labels(task: Task, labels: Mapping[str, str]) -> bool:
+def may_do(task: Task, robot: str, labels: Mapping[str, str]) -> bool:
     """Return whether a robot with these labels may do a task."""
+    if task.named_robot not in {"", robot} or (task.weight > 0.0 and not task.weight <= payload_of(labels)):
+        return False
     return all(labels.get(name) == value for name, value in task.labels.items())
+
+
+def labels_of(properties: Mapping[str, Any]) -> dict[str, str]:
+    """Return the properties of a robot that tasks may require: texts, and numbers and truths as in JSON."""
+    return {
+        name: value if isinstance(value, str) else msgspec.json.encode(value).decode()
+        for name, value in properties.items()
+        if isinstance(value, str | int | float | bool)
+    }
+
+
+def payload_of(labels: Mapping[str, str]) -> float:
+    """Return the weight that a robot with these labels can load [kg]; 0 if they do not have it."""
+    try:
+        return float(labels.get(PAYLOAD, 0.0))
+    except ValueError:
+        return 0.0
 
 
 def costs_of(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float) -> Array:
@@ -79,7 +100,7 @@ def costs_of(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Dista
     for row, robot in enumerate(robots):
         for column, task in enumerate(tasks):
             waits = robot.remaining > 0.0 and task.robot not in {"", robot.robot}
-            if has_labels(task, robot.labels) and not waits:
+            if may_do(task, robot.robot, robot.labels) and not waits:
                 way = distance(robot.place, task.target)
                 costs[row, column] = robot.remaining + way / SPEED - worth(task, now)
     return costs

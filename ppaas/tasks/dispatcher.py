@@ -6,70 +6,15 @@ goals again, and Move Base ignores those that it has.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 from msgspec.structs import replace
 
-from ppaas.tasks.assignment import SPEED, Distance, TaskRobot, assign, straight
-from ppaas.tasks.records import GOALS, Place, Task
-
-# -- robots as a dispatcher sees them, and its orders ------------------------------------------------------------------
-
-Outcome = Literal["succeeded", "canceled", "aborted", "rejected", "lost"]
-"""How a goal of Move Base ended; ``lost``: the robot's clone does not know it any more."""
-
-
-@dataclass(frozen=True, slots=True)
-class RobotNow:
-    """A connected robot.
-
-    Parameters
-    ----------
-    place : Place, optional
-        Where it is; None while it does not know.
-    labels : mapping of str to str
-    goals : frozenset of str
-        Ids of the goals that its Move Base follows or has waiting, no matter who sent them.
-    """
-
-    place: Place | None
-    labels: Mapping[str, str] = field(default_factory=dict)
-    goals: frozenset[str] = frozenset()
-
-    @property
-    def is_led(self) -> bool:
-        """Return whether somebody else sends it to goals."""
-        return any(not goal.startswith(GOALS) for goal in self.goals)
-
-
-@dataclass(frozen=True, slots=True)
-class StoreTask:
-    """Store a task, in place of the record with the same id; before the orders that follow."""
-
-    task: Task
-
-
-@dataclass(frozen=True, slots=True)
-class Send:
-    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again."""
-
-    robot: str
-    goal_id: str
-    place: Place
-
-
-@dataclass(frozen=True, slots=True)
-class Cancel:
-    """Cancel a goal of a robot, if it has it."""
-
-    robot: str
-    goal_id: str
-
-
-Order = StoreTask | Send | Cancel
-
+from ppaas.tasks.assignment import SPEED, Distance, TaskRobot, assign, may_do, straight
+from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
+from ppaas.tasks.records import GOALS, Place, Task, TaskState
+from ppaas.tasks.succession import following, verdict
 
 # -- dispatcher --------------------------------------------------------------------------------------------------------
 
@@ -89,7 +34,7 @@ class Dispatcher:
     Parameters
     ----------
     tasks : iterable of Task
-        Stored tasks; those that have ended are left out.
+        Stored tasks; of those that have ended, others may wait for the end.
     now : float
         Time [s since the epoch], as everywhere here.
     """
@@ -97,6 +42,7 @@ class Dispatcher:
     def __init__(self, tasks: Iterable[Task], now: float) -> None:
         self._tasks: dict[str, Task] = {}
         self._task_of: dict[str, str] = {}
+        self._ended: dict[str, TaskState] = {}
         self._robots: dict[str, RobotNow] = {}
         self._seen: dict[str, float] = {}
         self._rests_until: dict[str, float] = {}
@@ -116,13 +62,23 @@ class Dispatcher:
     # -- events --------------------------------------------------------------------------------------------------------
 
     def add(self, task: Task, now: float) -> None:
-        """Note a stored task; one that has ended, or is known, is left out."""
+        """Note a stored task; nothing changes by one that is known."""
+        if not task.is_open:
+            self._ended.setdefault(task.id, task.state)
         if not task.is_open or task.id in self._tasks:
             return
         self._tasks[task.id] = task
         if task.robot:
             self._task_of[task.robot] = task.id
             self._seen.setdefault(task.robot, now)
+
+    def keep_ends(self, known: Mapping[str, TaskState]) -> None:
+        """Note how tasks have ended that are still stored, and forget all others."""
+        self._ended = dict(known)
+
+    def confirm(self, task: Task) -> None:
+        """Note a stored task that was confirmed since; its robot goes on with the next ``release``."""
+        self._tasks[task.id] = task
 
     def withdraw(self, task_id: str) -> list[Order]:
         """Forget a task whose record says that it was cancelled; its robot stops."""
@@ -152,7 +108,8 @@ class Dispatcher:
             task = self._task(name)
             strays = {goal for goal in robot.goals if goal.startswith(GOALS)} - {"" if task is None else task.goal_id}
             orders += [Cancel(name, goal) for goal in sorted(strays)]
-        orders += [self._send(task) for name in come if (task := self._task(name)) is not None]
+        come_tasks = [task for name in come if (task := self._task(name)) is not None]
+        orders += [self._send(task) for task in come_tasks if task.holding is None]
         for name in self._seen.keys() & lost.keys() - robots.keys():
             self._seen[name] = min(self._seen[name], lost[name])
         for name in tuple(self._seen):
@@ -167,7 +124,7 @@ class Dispatcher:
         back in time.
         """
         task = self._task(robot)
-        if task is None or task.goal_id != goal_id:
+        if task is None or task.goal_id != goal_id or task.holding is not None:
             return []
         if outcome == "succeeded":
             return self._arrived(task, now)
@@ -189,21 +146,30 @@ class Dispatcher:
         distance : callable
             Returns the length of the way between two places [m].
         """
+        orders = self._end_hopeless(now)
+        free, tasks = self.candidates(now), self.undecided(now)
+        if free and tasks:
+            found = assign(free, tasks, distance, now)
+            busy = {candidate.robot for candidate in free if candidate.remaining > 0.0}
+            moved = [
+                (task, robot)
+                for task in tasks
+                if (robot := _unless(found.get(task.id, ""), busy)) != task.robot
+            ]  # fmt: skip
+            orders += self._move(moved, now)
+        return orders + self._preempt(now, distance)
+
+    def release(self, now: float) -> list[Order]:
+        """Send robots on whose hold was confirmed, or has lasted for its time."""
         orders: list[Order] = []
         for task in tuple(self._tasks.values()):
-            if not task.robot and task.begun is None and task.deadline is not None and now > task.deadline:
-                orders += self._end(task, "failed", "no robot could begin it before its deadline", now)
-        free, tasks = self.candidates(now), self.undecided(now)
-        if not free or not tasks:
-            return orders
-        found = assign(free, tasks, distance, now)
-        busy = {candidate.robot for candidate in free if candidate.remaining > 0.0}
-        moved = [
-            (task, robot)
-            for task in tasks
-            if (robot := _unless(found.get(task.id, ""), busy)) != task.robot
-        ]  # fmt: skip
-        return orders + self._move(moved, now)
+            hold, since = task.hold, task.holding
+            if hold is None or since is None:
+                continue
+            over = hold.seconds is not None and now - since >= hold.seconds
+            if over or (hold.confirm and task.confirmed == task.leg):
+                orders += self._go_on(task, now)
+        return orders
 
     # -- what there is to decide ---------------------------------------------------------------------------------------
 
@@ -223,9 +189,58 @@ class Dispatcher:
     def undecided(self, now: float) -> list[Task]:
         """Return the tasks that a robot may get now: those without a robot, and those that theirs has not begun."""
         free = {candidate.robot for candidate in self.candidates(now)}
-        return [task for task in self._tasks.values() if not task.robot or _may_move(task, free)]
+        return [
+            task
+            for task in self._tasks.values()
+            if (self._may_begin(task, now) if not task.robot else _may_move(task, free))
+        ]
 
     # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _may_begin(self, task: Task, now: float) -> bool:
+        return now >= task.may_start and verdict(task, self._ended, self._tasks)[0] == "ready"
+
+    def _end_hopeless(self, now: float) -> list[Order]:
+        """End the tasks that no robot can begin any more."""
+        orders: list[Order] = []
+        for task in tuple(self._tasks.values()):
+            if task.robot or task.begun is not None:
+                continue
+            known, reason = verdict(task, self._ended, self._tasks)
+            if known == "never":
+                orders += self._end(task, "cancelled", reason, now)
+            elif task.deadline is not None and now > task.deadline:
+                orders += self._end(task, "failed", "no robot could begin it before its deadline", now)
+        return orders
+
+    def _preempt(self, now: float, distance: Distance) -> list[Order]:
+        """Give tasks that preempt, and have no robot, those of tasks of lower priorities that carry nothing."""
+        waiting = [
+            task for task in self._tasks.values() if task.preempts and not task.robot and self._may_begin(task, now)
+        ]
+        orders: list[Order] = []
+        for task in sorted(waiting, key=lambda task: (-task.priority, task.created, task.id)):
+            ways = {
+                name: (other.priority, distance(place, task.target), name)
+                for name, other, place in self._preemptible(task)
+            }
+            if ways:
+                robot = min(ways, key=ways.__getitem__)
+                other = self._tasks[self._task_of[robot]]
+                orders += self._queue(other, f"task {task.id!r} of priority {task.priority} goes first")
+                orders += self._move([(task, robot)], now)
+        return orders
+
+    def _preemptible(self, task: Task) -> list[tuple[str, Task, Place]]:
+        """Return the robots that a task may take from others, with these and with their places."""
+        found = []
+        for name, robot in self._robots.items():
+            other = self._task(name)
+            if other is None or robot.place is None or robot.is_led or other.is_loaded:
+                continue
+            if other.priority < task.priority and may_do(task, name, robot.labels):
+                found.append((name, other, robot.place))
+        return found
 
     def _task(self, robot: str) -> Task | None:
         return self._tasks.get(self._task_of.get(robot, ""))
@@ -250,8 +265,14 @@ class Dispatcher:
         return orders + [order for order in stopped if isinstance(order, Cancel) and order.robot not in given]
 
     def _arrived(self, task: Task, now: float) -> list[Order]:
-        begun = now if task.begun is None else task.begun
-        task = replace(task, leg=task.leg + 1, state="active", begun=begun, reason="")
+        task = replace(task, state="active", begun=now if task.begun is None else task.begun, reason="")
+        if task.hold is not None:
+            return self._store(replace(task, holding=now, confirmed=None))
+        return self._go_on(task, now)
+
+    def _go_on(self, task: Task, now: float) -> list[Order]:
+        """Leave a place: for the next one, or for the end."""
+        task = replace(task, leg=task.leg + 1, holding=None)
         if task.leg >= task.legs:
             return self._end(task, "done", "", now)
         return [*self._store(task), self._send(task)]
@@ -280,15 +301,21 @@ class Dispatcher:
     def _queue(self, task: Task, reason: str) -> list[Order]:
         """Take a task from its robot, and let it wait for another."""
         del self._task_of[task.robot]
-        again = replace(task, state="queued", robot="", attempt=task.attempt + 1, assigned=None, reason=reason)
-        return self._store(again)
+        waits: dict[str, Any] = {"state": "queued", "robot": "", "assigned": None, "holding": None, "confirmed": None}
+        return self._store(replace(task, attempt=task.attempt + 1, reason=reason, **waits))
 
-    def _end(self, task: Task, state: str, reason: str, now: float) -> list[Order]:
+    def _end(self, task: Task, state: TaskState, reason: str, now: float) -> list[Order]:
         self._tasks.pop(task.id)
         if task.robot:
             del self._task_of[task.robot]
-        changes: dict[str, Any] = {"state": state, "reason": reason, "ended": now}
-        return [StoreTask(replace(task, **changes))]
+        self._ended[task.id] = state
+        ended = replace(task, state=state, reason=reason, ended=now, holding=None)
+        again = following(task, now) if state in {"done", "failed"} else None
+        if again is None or again.id in self._tasks or again.id in self._ended:
+            return [StoreTask(ended)]
+        # The next run is stored first: a dispatcher that is killed in between ends this one again.
+        self._tasks[again.id] = again
+        return [StoreTask(again), StoreTask(ended)]
 
     def _store(self, task: Task) -> list[Order]:
         self._tasks[task.id] = task
@@ -312,10 +339,13 @@ def _may_move(task: Task, free: set[str]) -> bool:
 
 def _remaining(task: Task, place: Place) -> float:
     """Return about how long the rest of a task takes a robot [s]; more than 0."""
+    if task.holding is not None:
+        place = task.target
     way = straight(place, task.target)
     left, around = task.legs - task.leg - 1, (*task.places[1:], task.places[0])
-    steps = [straight(*pair) for pair in zip(task.places, around, strict=True)]
+    waits = [0.0 if hold is None else SPEED * (hold.seconds or 0.0) for hold in task.holds] or [0.0] * len(task.places)
+    steps = [straight(*pair) + wait for *pair, wait in zip(task.places, around, waits, strict=True)]
     rounds, rest = divmod(left, len(steps))
     at = task.leg % len(steps)
-    way += rounds * sum(steps) + sum((steps * 2)[at : at + rest])
+    way += rounds * sum(steps) + sum((steps * 2)[at : at + rest]) + waits[(task.legs - 1) % len(steps)]
     return max(way / SPEED, 0.001)

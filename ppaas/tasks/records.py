@@ -7,6 +7,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.tasks.options import MOST_BEFORE, After, PlaceHold, Repeat, check_hold, check_repeat
 
 TaskKind = Literal["go_to", "pick_drop", "patrol"]
 """Go to a place; pick at one place and drop at another; go along places, again and again."""
@@ -29,11 +30,14 @@ MOST_PRIORITY = 100
 MOST_LABELS = 16
 """Limit of the labels of a task."""
 
+MOST_WEIGHT = 1e6
+"""Limit of the weight that a task loads [kg]."""
+
 MAX_COORDINATE = 1e9
 """Limit of the coordinates of a place [m]."""
 
 LAST_TIME = float(1 << 40)
-"""Limit of a deadline [s since the epoch]."""
+"""Limit of a deadline, and of other times of a task [s since the epoch]."""
 
 Place = tuple[float, float, float]
 """x, y [m], yaw [rad] in the frame of the map."""
@@ -59,6 +63,24 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         Time at which a task that no robot has begun fails [s since the epoch].
     labels : dict of str to str
         Labels that a robot must have.
+    holds : tuple of PlaceHold or None
+        What its robot waits for at each place before it goes on; empty if it waits nowhere.
+    named_robot : str
+        The only robot that may do it; empty for any.
+    weight : float
+        Weight that its robot must be able to load [kg]; see ``PAYLOAD``.
+    not_before : float, optional
+        Time before which no robot begins it [s since the epoch].
+    after : tuple of After
+        Tasks that must end first.
+    preempts : bool
+        It may take a robot from an active task of a lower priority that carries nothing.
+    repeat : Repeat, optional
+        When it is done again.
+    run : int
+        Number of this run of a task that repeats.
+    series : str
+        Id of the first run; empty for the first one itself.
     state : TaskState
     robot : str
         Robot that does it, or that ended it; empty while it is queued.
@@ -68,6 +90,10 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         Number of goals that were given up or taken away; part of the id of the next one.
     failures : int
         How many of them robots failed.
+    holding : float, optional
+        Time since which its robot holds at the next place of ``leg`` [s since the epoch]; None while it does not.
+    confirmed : int, optional
+        Leg at whose place the last hold was confirmed.
     reason : str
         Why it waits, or why it ended; empty if it was done.
     created : float
@@ -83,11 +109,22 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     priority: int = 0
     deadline: float | None = None
     labels: dict[str, str] = {}
+    holds: tuple[PlaceHold | None, ...] = ()
+    named_robot: str = ""
+    weight: float = 0.0
+    not_before: float | None = None
+    after: tuple[After, ...] = ()
+    preempts: bool = False
+    repeat: Repeat | None = None
+    run: int = 1
+    series: str = ""
     state: TaskState = "queued"
     robot: str = ""
     leg: int = 0
     attempt: int = 0
     failures: int = 0
+    holding: float | None = None
+    confirmed: int | None = None
     reason: str = ""
     created: float = 0.0
     assigned: float | None = None
@@ -112,13 +149,31 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def is_loaded(self) -> bool:
         """Return whether its robot carries what it has picked, so that no other one can go on."""
-        return self.kind == "pick_drop" and self.leg > 0
+        return self.kind == "pick_drop" and (self.leg > 0 or self.holding is not None)
+
+    @property
+    def hold(self) -> PlaceHold | None:
+        """What its robot waits for at the next place; None if it goes on at once."""
+        return self.holds[self.leg % len(self.places)] if self.holds else None
+
+    @property
+    def needs_confirmation(self) -> bool:
+        """Whether its robot holds until somebody confirms it."""
+        return self.holding is not None and self.hold is not None and self.hold.confirm and self.confirmed != self.leg
+
+    @property
+    def may_start(self) -> float:
+        """Time from which a robot may begin it [s since the epoch]."""
+        return self.created if self.not_before is None else max(self.created, self.not_before)
 
     @property
     def goal_id(self) -> str:
         """Id of the goal by which its robot drives to the next place: the same after a restart of the dispatcher."""
         return f"{GOALS}{self.id}-{self.leg}-{self.attempt}"
 
+
+PAYLOAD = "payload"
+"""Label of a robot with the weight that it can load [kg]; one without it loads nothing."""
 
 GOALS = "task-"
 """Beginning of the ids of goals of tasks."""
@@ -140,6 +195,23 @@ def check_task(task: Task) -> Task:
         raise InvalidInput("deadline must be a time in seconds since 1970")
     if len(task.labels) > MOST_LABELS:
         raise InvalidInput(f"a task may require {MOST_LABELS} labels at most, not {len(task.labels)}")
+    return _check_options(task)
+
+
+def _check_options(task: Task) -> Task:
+    if task.holds and len(task.holds) != len(task.places):
+        raise InvalidInput(f"'holds' must be one a place, {len(task.places)} in all, or none, not {len(task.holds)}")
+    for hold in task.holds:
+        if hold is not None:
+            check_hold(hold)
+    if not 0.0 <= task.weight <= MOST_WEIGHT:
+        raise InvalidInput(f"weight must be 0 to {MOST_WEIGHT:g} kg, not {task.weight:g}")
+    if task.not_before is not None and not 0.0 <= task.not_before <= LAST_TIME:
+        raise InvalidInput("not_before must be a time in seconds since 1970")
+    if len(task.after) > MOST_BEFORE:
+        raise InvalidInput(f"a task may wait for {MOST_BEFORE} others at most, not {len(task.after)}")
+    if task.repeat is not None:
+        check_repeat(task.repeat)
     return task
 
 

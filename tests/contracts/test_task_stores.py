@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
+from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.records import Task
 from storage.ports import Store
 from storage.records import MapTask
@@ -21,6 +22,13 @@ def test_a_task_is_returned_as_it_was_stored(store: Store) -> None:
     task = record(state="active", robot="r", leg=1, attempt=7, reason="Zoë", deadline=0.1 + 0.2, begun=5.0)
     store.put_task(task)
     assert store.task("ann", "house", "t1") == task
+    options = record(
+        holds=(PlaceHold(confirm=True), None), named_robot="r", weight=0.1, not_before=7.0, preempts=True, holding=8.0,
+        after=(After(task="t0", on="ended"),), repeat=Repeat(at=("08:30",), days=("mon",), count=3), confirmed=0, run=2,
+        series="t0",
+    )  # fmt: skip
+    store.put_task(options)
+    assert store.task("ann", "house", "t1") == options
     store.put_task(record(state="done"))
     assert store.task("ann", "house", "t1") == record(state="done")
 

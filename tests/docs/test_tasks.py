@@ -7,13 +7,13 @@ from typing import get_args
 
 import pytest
 
-from endpoints.rest import tasks
-from endpoints.rest.tasks import TaskFile
+from endpoints.rest import task_estimates, tasks
+from endpoints.rest.task_schemas import TaskFile
 from engine.control.tasks import group, runner
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
-from ppaas.tasks import assignment, dispatcher, records
+from ppaas.tasks import assignment, dispatcher, options, records
 from robots.client.cloud_url import path_of
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
@@ -29,6 +29,7 @@ def test_fields_and_states_are_those_of_the_code() -> None:
     assert set(fields) == set(TaskFile.model_fields)
     assert f"up to {records.MOST_PLACES} places" in fields["kind"]
     assert f"up to {records.MOST_ROUNDS};" in fields["rounds"]
+    assert f"up to {options.MOST_BEFORE} " in fields["after"]
     assert f"−{records.MOST_PRIORITY} to {records.MOST_PRIORITY};" in fields["priority"]
     assert {row[0] for row in table(PAGE, "state", "meaning")} == set(get_args(records.TaskState))
 
@@ -46,6 +47,7 @@ def test_numbers_are_those_of_the_code() -> None:
         f"no task for {dispatcher.REST:g} s",
         f"not connected for {dispatcher.GONE_AFTER:g} s",
         f"After {dispatcher.MOST_FAILURES} failures",
+        f"and of {task_estimates.MOST_REHEARSED} others",
     ):
         assert said in text, said
 
@@ -69,18 +71,33 @@ async def test_a_robot_does_a_task_of_the_command_line(
     rest = await cloud.admin()
     await publish_map(rest, "office", office)
     await rest.put_robot("tb1", robot)
-    [commands] = blocks(PAGE, "sh")
+    commands, _, chains, missions = blocks(PAGE, "sh")
     printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, cloud)
     assert "pick_drop" in printed and "queued" in printed
     tasks_of_office = path_of("maps", "office", "tasks")
-    for task in await rest.items(tasks_of_office):
+    first = (await rest.items(tasks_of_office))[0]["id"]
+    more = tmp_path / "more"
+    more.mkdir()
+    printed = await asyncio.to_thread(
+        run_shell, f"export PPAAS_TOKEN={rest.token}\n{chains.replace('TASK', first)}\n{missions}", more, cloud
+    )
+    assert re.search(r"\b[34] of 4 tasks done by 1 robots in \d+ s", printed), printed
+    assert (more / "morning.png").stat().st_size > 1000
+    for task in reversed(await rest.items(tasks_of_office)):  # one that waits for another goes first
         await rest.delete(path_of("maps", "office", "tasks", task["id"]))
     assert rest.token is not None
     async with driving(cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
-        task = await rest.post(tasks_of_office, {"kind": "pick_drop", "places": [[3.0, 2.0], [2.5, 2.0]]})
+        body = {"kind": "pick_drop", "places": [[3.0, 2.0], [2.5, 2.0]], "holds": [{"confirm": True}, None]}
+        task = await rest.post(tasks_of_office, body)
+        path, confirmed = path_of("maps", "office", "tasks", task["id"]), 0
         async with patience(90.0):
             while task["state"] in records.OPEN:
                 await asyncio.sleep(0.2)
-                task = await rest.get(path_of("maps", "office", "tasks", task["id"]))
+                task = await rest.get(path)
+                if task["needs_confirmation"]:
+                    assert drive.scorer.error(0, Pose2D(3.0, 2.0, 0.0)) <= 0.25
+                    await rest.post(f"{path}/confirm", {})
+                    confirmed += 1
+        assert confirmed == 1
         assert (task["state"], task["robot"], task["visited"], task["failures"]) == ("done", "tb1", 2, 0), task
         assert drive.scorer.error(0, Pose2D(2.5, 2.0, 0.0)) <= 0.25

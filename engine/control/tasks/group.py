@@ -8,9 +8,10 @@ from functools import partial
 from msgspec.structs import replace
 
 from engine.control.tasks.robots import TaskRobots
-from ppaas.errors import Conflict, PPaaSError
+from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.tasks.assignment import Distance, straight
-from ppaas.tasks.dispatcher import Cancel, Dispatcher, Order, RobotNow, Send, StoreTask
+from ppaas.tasks.dispatcher import Dispatcher
+from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.records import Task, pose_of
 from storage.names import Group
 from storage.ports import TaskStore
@@ -29,7 +30,7 @@ MOST_ENDED = 1000
 
 
 def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> list[str]:
-    """Return the ids of the tasks that are not kept any longer.
+    """Return the ids of the tasks that are not kept any longer; those for whose end others wait are.
 
     Parameters
     ----------
@@ -42,6 +43,7 @@ def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> l
     """
     ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
     kept = {name for at, name in ended[:MOST_ENDED] if now - at <= kept_for}
+    kept |= {before.task for task in tasks if task.is_open for before in task.after}
     return [name for _, name in ended if name not in kept]
 
 
@@ -137,9 +139,11 @@ class TaskGroup:
             self._busy_at = now
         await self._obey(orders)
         await self._see(dispatcher, labels, now)
+        released = dispatcher.release(now)
+        await self._obey(released)
         ended = [order for robot in {*labels, *dispatcher.away} for order in self._ended(dispatcher, robot, now)]
         await self._obey(ended)
-        if news or ended or now - self._decided_at >= DECIDE:
+        if news or released or ended or now - self._decided_at >= DECIDE:
             self._decided_at = now
             distance = await measure(dispatcher, now) if is_choice(dispatcher, now) else straight
             # For many robots it takes tens of milliseconds, in which the master would answer nobody.
@@ -160,14 +164,21 @@ class TaskGroup:
         self._report_ended(stored)
         self._records = {record.task.id: record for record in stored if record.task.is_open}
         dispatcher = self._dispatcher = known or Dispatcher([], now)
+        dispatcher.keep_ends({record.task.id: record.task.state for record in stored if not record.task.is_open})
         for record in self._records.values():
             dispatcher.add(record.task, now)
+            self._note_confirmation(dispatcher, record.task)
         orders = [
             order for name in dispatcher.tasks.keys() - self._records.keys() for order in dispatcher.withdraw(name)
         ]
         if any(record.task != dispatcher.tasks[name] for name, record in self._records.items()):
             raise Conflict("another process changed one of them")
         return dispatcher, orders
+
+    def _note_confirmation(self, dispatcher: Dispatcher, task: Task) -> None:
+        known = dispatcher.tasks[task.id]
+        if task != known and task == replace(known, confirmed=task.confirmed):
+            dispatcher.confirm(task)
 
     def _report_ended(self, stored: Iterable[MapTask]) -> None:
         """Report the tasks that another process has ended since the last reading: they were cancelled."""
@@ -217,14 +228,25 @@ class TaskGroup:
                         client.cancel_any(order.goal_id)
 
     async def _put(self, order: StoreTask) -> None:
-        before = self._records[order.task.id]
-        record = replace(before, task=order.task)
+        before = self._records.get(order.task.id)
+        record = MapTask(*self.group, order.task)
+        if before is None:
+            await asyncio.to_thread(self._put_new, record)
+            self._records[order.task.id] = record
+            return
         await asyncio.to_thread(lambda: self._store.put_task(record, instead_of=before))
         self._records[order.task.id] = record
         if order.task.state != before.task.state:
             self._report(order.task)
         if not order.task.is_open:
             del self._records[order.task.id]
+
+    def _put_new(self, record: MapTask) -> None:
+        """Store the next run of a task, unless it was stored before its task ended again."""
+        try:
+            self._store.task(*record.key)
+        except NotFound:
+            self._store.put_task(record)
 
     def _send(self, order: Send) -> None:
         client = self._robots.client(self.group[0], order.robot)

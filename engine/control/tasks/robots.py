@@ -2,16 +2,14 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Protocol
-
-import msgspec
+from typing import Literal, Protocol
 
 from engine.links.place_link import PlaceLink
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.specs.containers import MapVersion
 from ppaas.geometry import Pose2D
-from ppaas.tasks.dispatcher import Outcome, RobotNow
+from ppaas.tasks.orders import Outcome, RobotNow
 from ppaas.tasks.records import Place
 from storage.names import Group
 
@@ -165,12 +163,3 @@ class TaskRobots:
         client = self._clients.pop(key, None)
         if client is not None:
             client.leave()
-
-
-def labels_of(properties: Mapping[str, Any]) -> dict[str, str]:
-    """Return the properties of a robot that tasks may require: texts, and numbers and truths as in JSON."""
-    return {
-        name: value if isinstance(value, str) else msgspec.json.encode(value).decode()
-        for name, value in properties.items()
-        if isinstance(value, str | int | float | bool)
-    }

@@ -10,13 +10,13 @@ from functools import partial
 
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.tasks.group import KEPT_FOR, Changed, TaskGroup
-from engine.control.tasks.robots import TaskRobots, labels_of
+from engine.control.tasks.robots import TaskRobots
 from engine.processes.background import repeat
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
 from ppaas.decoding import from_json
 from ppaas.errors import NotFound, PPaaSError
-from ppaas.tasks.assignment import Distance, straight
+from ppaas.tasks.assignment import Distance, labels_of, straight
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.records import Place, TaskState
 from storage.names import Group

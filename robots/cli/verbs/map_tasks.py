@@ -1,21 +1,22 @@
-"""Verbs ``ppaas map task add``, ``list``, ``show`` and ``cancel``: tasks for any robot of a map."""
+"""Verbs ``ppaas map task add``, ``list``, ``show``, ``confirm`` and ``cancel``: tasks for any robot of a map."""
 
 import argparse
 import time
-from collections.abc import Sequence
-from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.tasks.places import places_of
+from robots.cli.verbs.task_options import add_options, options_of
 from robots.client.cloud_url import path_of
 
-if TYPE_CHECKING:
-    from robots.client.rest import RestClient
-
 COLUMNS = ("id", "kind", "priority", "state", "robot", "visited", "reason")
-ALL_COLUMNS = (*COLUMNS, "places", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended")
+ADDED_COLUMNS = (*COLUMNS, "estimate")
+ALL_COLUMNS = (
+    *COLUMNS, "places", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended", "holds",
+    "holding", "named_robot", "weight", "not_before", "after", "preempts", "repeat", "run", "series",
+)  # fmt: skip
 KINDS = ("go_to", "pick_drop", "patrol")
 OPEN = ("queued", "assigned", "active")
 STATES = ("open", *OPEN, "done", "failed", "cancelled")
@@ -25,20 +26,23 @@ POLL = 0.5
 
 def configure(verbs: Any) -> None:
     """Add the verb ``task`` to ``ppaas map``."""
-    task = verbs.add_parser("task", help="add, list, show and cancel tasks, which any of your robots on a map may do")
+    task = verbs.add_parser(
+        "task", help="add, list, show, confirm and cancel tasks, which any of your robots on a map may do"
+    )
     inner = task.add_subparsers(dest="task_verb", required=True, metavar="VERB")
     added = inner.add_parser("add", help="add a task")
     listed = inner.add_parser("list", help="list your tasks on a map, oldest first")
     shown = inner.add_parser("show", help="show a task")
+    confirmed = inner.add_parser("confirm", help="confirm a task whose robot holds at a place: it goes on")
     cancelled = inner.add_parser("cancel", help="cancel a task; its robot stops")
-    for verb in (added, listed, shown, cancelled):
+    for verb in (added, listed, shown, confirmed, cancelled):
         verb.add_argument("id", metavar="MAP", help="id of the map")
-    for verb in (shown, cancelled):
+    for verb in (shown, confirmed, cancelled):
         verb.add_argument("task", help="id of the task")
     listed.add_argument("--state", choices=STATES, help="only tasks in this state; open: all that have not ended")
     add_limit_argument(listed)
     _add_task_arguments(added)
-    for verb in (added, listed, shown, cancelled):
+    for verb in (added, listed, shown, confirmed, cancelled):
         add_session_arguments(verb)
 
 
@@ -57,6 +61,7 @@ def _add_task_arguments(added: argparse.ArgumentParser) -> None:
     added.add_argument("--priority", type=int, help="tasks of a higher one go first (0)")
     added.add_argument("--within", type=float, metavar="SECONDS", help="it fails if it has no robot by then")
     added.add_argument("--label", action="append", metavar="NAME=VALUE", help="property that its robot must have")
+    add_options(added)
     added.add_argument("--wait", action="store_true", help="wait for its end; exit with 1 unless it is done")
 
 
@@ -74,49 +79,9 @@ async def _add(arguments: argparse.Namespace) -> None:
     while arguments.wait and found["state"] in OPEN:
         await sleep(POLL)
         found = await client.get(path_of("maps", arguments.id, "tasks", found["id"]))
-    show(found, COLUMNS, as_json=arguments.json)
+    show(found, ADDED_COLUMNS, as_json=arguments.json)
     if arguments.wait and found["state"] != "done":
         raise Unavailable(f"the task is not done: {found['state']}: {found['reason'] or 'no reason was given'}")
-
-
-async def places_of(client: "RestClient", map_id: str, given: Sequence[Sequence[str]]) -> list[list[float]]:
-    """Return places that are given as numbers or as names of stations of a map.
-
-    Raises
-    ------
-    InvalidInput
-        The map has no station of that name; the text has those that it has.
-    """
-    numbers = [_numbers(words) for words in given]
-    if None not in numbers:
-        return [place for place in numbers if place is not None]
-    zones = await client.get(path_of("maps", map_id, "zones"))
-    stations = {zone["properties"]["name"]: zone for zone in zones["features"] if _is_station(zone)}
-    return [
-        place if place is not None else _station(stations, " ".join(words), map_id)
-        for place, words in zip(numbers, given, strict=True)
-    ]
-
-
-def _numbers(words: Sequence[str]) -> list[float] | None:
-    try:
-        return [float(word) for word in words]
-    except ValueError:
-        return None
-
-
-def _is_station(zone: dict[str, Any]) -> bool:
-    return bool(zone["properties"]["kind"] == "station")
-
-
-def _station(stations: dict[str, Any], name: str, map_id: str) -> list[float]:
-    if name not in stations:
-        near = get_close_matches(name, stations, 3, 0.4) or sorted(stations)[:10]
-        known = f"; do you mean {', '.join(map(repr, near))}?" if near else ": it has none; see ppaas map import-graph"
-        raise InvalidInput(f"the map {map_id} has no station {name!r}{known}")
-    x, y = stations[name]["geometry"]["coordinates"][:2]
-    yaw = stations[name]["properties"].get("yaw")
-    return [x, y] if yaw is None else [x, y, yaw]
 
 
 def _body(arguments: argparse.Namespace, places: list[list[float]]) -> dict[str, Any]:
@@ -126,6 +91,7 @@ def _body(arguments: argparse.Namespace, places: list[list[float]]) -> dict[str,
         fields["deadline"] = time.time() + arguments.within
     if arguments.label:
         fields["labels"] = dict(map(_label, arguments.label))
+    fields |= options_of(arguments, len(places))
     return {name: value for name, value in fields.items() if value is not None}
 
 
@@ -148,8 +114,13 @@ async def _show(arguments: argparse.Namespace) -> None:
     show(found, ALL_COLUMNS, as_json=arguments.json)
 
 
+async def _confirm(arguments: argparse.Namespace) -> None:
+    path = path_of("maps", arguments.id, "tasks", arguments.task, "confirm")
+    show(await logged_in(arguments).post(path, {}), COLUMNS, as_json=arguments.json)
+
+
 async def _cancel(arguments: argparse.Namespace) -> None:
     await logged_in(arguments).delete(path_of("maps", arguments.id, "tasks", arguments.task))
 
 
-_VERBS = {"add": _add, "list": _list, "show": _show, "cancel": _cancel}
+_VERBS = {"add": _add, "list": _list, "show": _show, "confirm": _confirm, "cancel": _cancel}

@@ -1,12 +1,16 @@
 """Navigation in ``ppaas robot``: sends a robot to a pose, stops it, and shows its pose and goals."""
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import PPaaSError, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.tasks.places import places_of
 from robots.client.cloud_url import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
 
 GOAL_COLUMNS = ("id", "pose", "state", "text")
 STATE_COLUMNS = ("connected", "disconnected_since", "container", "pose", "localization", "goals")
@@ -19,9 +23,9 @@ ACTIVE = ("pending", "active")
 def configure_go(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``ppaas robot go``."""
     parser.add_argument("id")
-    parser.add_argument("x", type=float, help="[m] in the frame of the map")
-    parser.add_argument("y", type=float, help="[m]")
-    parser.add_argument("yaw", type=float, nargs="?", default=0.0, help="[rad] (0)")
+    parser.add_argument(
+        "place", nargs="+", help="x, y [m] and, optionally, yaw [rad] in the frame of the map, or the name of a station"
+    )
     parser.add_argument("--wait", action="store_true", help="wait for the end of the goal; exit with 1 unless reached")
     add_session_arguments(parser)
 
@@ -43,13 +47,22 @@ async def go(arguments: argparse.Namespace) -> None:
     import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     client, path = logged_in(arguments), path_of("robots", arguments.id, "goals")
-    goal = await client.post(path, {"pose": [arguments.x, arguments.y, arguments.yaw]})
+    goal = await client.post(path, {"pose": await _pose(client, arguments)})
     while arguments.wait and goal["state"] in ACTIVE:
         await asyncio.sleep(POLL)
         goal = await client.get(path_of("robots", arguments.id, "goals", goal["id"]))
     show(goal, GOAL_COLUMNS, as_json=arguments.json)
     if arguments.wait and goal["state"] != "succeeded":
         raise _not_reached(goal)
+
+
+async def _pose(client: "RestClient", arguments: argparse.Namespace) -> list[float]:
+    try:
+        return [float(word) for word in arguments.place]
+    except ValueError:  # a name: the map is known to the cloud
+        robot = await client.get(path_of("robots", arguments.id))
+        [place] = await places_of(client, robot["map"], [arguments.place])
+        return place
 
 
 def _not_reached(goal: dict[str, Any]) -> PPaaSError:

@@ -8,10 +8,14 @@ from msgspec.structs import replace
 
 from endpoints.resources.services import Services
 from endpoints.rest import tasks
+from engine.control.views import ReportedRobot
+from engine.specs.robot_report import StateReport
 from ppaas.errors import Conflict, Unavailable
+from ppaas.tasks.assignment import SPEED
 from ppaas.tasks.records import TaskState
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import robot
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 TASKS = "/v1/maps/house/tasks"
@@ -117,6 +121,82 @@ async def test_a_task_that_changes_meanwhile_is_cancelled_all_the_same(
     problem_of(await client.delete(f"{TASKS}/{other}", headers=ann), 409, "conflict")
 
 
+OPTIONS: dict[str, Any] = {
+    "holds": [{"confirm": True, "seconds": 60.0}],
+    "weight": 12.5,
+    "not_before": 1e10,
+    "preempts": True,
+    "repeat": {"at": [], "days": [], "zone": "UTC", "every": 60.0, "count": 2, "until": 2e10},
+}
+
+
+async def test_the_options_of_a_task_are_shown(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    first = await add(client, ann)
+    task = await add(client, ann, after=[{"task": first["id"], "on": "failed"}], **OPTIONS)
+    assert {name: task[name] for name in OPTIONS} == OPTIONS
+    assert task["after"] == [{"task": first["id"], "on": "failed"}]
+    assert (task["run"], task["series"], task["holding"], task["needs_confirmation"]) == (1, task["id"], None, False)
+
+
+async def test_a_task_starts_at_its_first_time_of_day(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    task = await add(client, ann, repeat={"at": ["08:30"], "zone": "Europe/Berlin"})
+    assert 0.0 <= task["not_before"] - task["created"] <= 86400.0 + 3600.0
+
+
+async def test_tasks_and_robots_that_do_not_exist_are_not_found(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    for wrong in ({"named_robot": "tb9"}, {"after": [{"task": "t9"}]}):
+        problem_of(await client.post(TASKS, headers=ann, json=GO | wrong), 404, "not-found")
+    assert (await client.get(TASKS, headers=ann)).json()["items"] == []
+
+
+async def test_a_task_is_confirmed_once_while_its_robot_holds(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
+) -> None:
+    task = await add(client, ann, holds=[{"confirm": True}])
+    confirm = f"{TASKS}/{task['id']}/confirm"
+    problem_of(await client.post(confirm, headers=ann), 409, "conflict")
+    kept = services.store.task("ann", "house", task["id"])
+    services.store.put_task(replace(kept, task=replace(kept.task, state="active", robot="tb1", holding=7.0)))
+    shown = (await client.get(f"{TASKS}/{task['id']}", headers=ann)).json()
+    assert (shown["holding"], shown["visited"], shown["needs_confirmation"]) == (7.0, 1, True)
+    assert (await client.post(confirm, headers=ann)).json()["needs_confirmation"] is False
+    assert services.store.task("ann", "house", task["id"]).task.confirmed == 0
+    assert cloud.groups_with_changed_tasks == [("ann", "house")] * 2
+    problem_of(await client.post(confirm, headers=ann), 409, "conflict")
+    problem_of(await client.post(f"{TASKS}/t9/confirm", headers=ann), 404, "not-found")
+
+
+@pytest.fixture
+def robot_at(services: Services, cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a robot of ann stand at the origin of the map."""
+    services.store.put_robot(robot("tb1"))
+
+    async def views(robots: list[tuple[str, str]]) -> list[ReportedRobot]:
+        return [ReportedRobot(True, report=StateReport(pose=(0.0, 0.0, 0.0))) for _ in robots]
+
+    monkeypatch.setattr(cloud, "robot_views", views)
+
+
+@pytest.mark.usefixtures("robot_at")
+async def test_the_answer_to_a_new_task_has_its_end_and_whether_its_deadline_can_be_met(
+    client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud
+) -> None:
+    first = await add(client, ann, places=[[3.0, 4.0]])
+    assert (first["estimate"]["robot"], first["estimate"]["late"]) == ("tb1", False)
+    assert first["estimate"]["finish"] == pytest.approx(first["created"] + 5.0 / SPEED)
+    second = await add(client, ann, places=[[3.0, 5.0]])
+    assert second["estimate"]["finish"] == pytest.approx(second["created"] + 6.0 / SPEED, abs=0.5)
+    assert cloud.costs_asked == []
+    places, deadline = [[0.0, 0.0], [3.0, 4.0]], second["created"] + 30.0
+    late = await add(client, ann, kind="pick_drop", places=places, deadline=deadline, priority=90)
+    assert late["estimate"]["late"] is True  # 50 m by the ways of the map
+    soon = await add(client, ann, kind="pick_drop", places=places, deadline=deadline + 200.0, priority=100)
+    assert soon["estimate"]["late"] is False
+    assert soon["estimate"]["finish"] == pytest.approx(soon["created"] + 50.0 / SPEED)
+    heavy = await add(client, ann, weight=5.0)
+    assert heavy["estimate"] is None
+
+
 async def test_users_see_their_own_tasks_alone(client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn) -> None:
     task, bob = await add(client, ann), await log_in("bob")
     assert (await client.get(TASKS, headers=bob)).json()["items"] == []
@@ -147,6 +227,15 @@ async def test_a_user_may_have_so_many_open_tasks(
         {"deadline": -1},
         {"labels": {"a b": "c"}},
         {"speed": 1},
+        {"holds": [None, {"confirm": True}]},
+        {"holds": [{}]},
+        {"holds": [{"seconds": 0}]},
+        {"weight": -1},
+        {"after": [{"task": "t", "on": "never"}]},
+        {"repeat": {}},
+        {"repeat": {"at": ["25:00"]}},
+        {"repeat": {"at": ["08:00"], "zone": "Mars/Base"}},
+        {"repeat": {"every": 0.1}},
     ],
     ids=str,
 )

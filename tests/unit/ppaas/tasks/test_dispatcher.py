@@ -2,7 +2,8 @@
 
 import pytest
 
-from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Cancel, Dispatcher, Order, RobotNow, Send, StoreTask
+from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Dispatcher
+from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.records import Place, Task
 
 A, B, C = (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (20.0, 0.0, 0.0)

@@ -5,8 +5,11 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from msgspec.structs import replace
 
-from ppaas.tasks.dispatcher import GONE_AFTER, REST, Cancel, Dispatcher, Order, RobotNow, Send
+from ppaas.tasks.dispatcher import GONE_AFTER, REST, Dispatcher
+from ppaas.tasks.options import After, PlaceHold, Repeat
+from ppaas.tasks.orders import Cancel, Order, RobotNow, Send
 from ppaas.tasks.records import Task
 from tests.support.budget import examples
 
@@ -40,7 +43,8 @@ class Tasks(RuleBasedStateMachine):
                     if self.goals.get(order.robot) == order.goal_id:
                         del self.goals[order.robot]
                 case _:
-                    assert self.kept[order.task.id].is_open, "a task ends once"
+                    known = self.kept.get(order.task.id)
+                    assert (order.task.run == 2) if known is None else known.is_open, "a task ends once"
                     self.kept[order.task.id] = order.task
 
     def look(self) -> None:
@@ -55,6 +59,16 @@ class Tasks(RuleBasedStateMachine):
         size = {"go_to": 1, "pick_drop": 2, "patrol": 3}[kind]
         spots = tuple(data.draw(st.lists(places, min_size=size, max_size=size)))
         fields: dict[str, Any] = {"kind": kind, "places": spots, "rounds": 2 if kind == "patrol" else 1}
+        if data.draw(st.booleans()):
+            hold = st.sampled_from(
+                [None, PlaceHold(confirm=True), PlaceHold(seconds=1.0), PlaceHold(confirm=True, seconds=REST)]
+            )
+            fields["holds"] = tuple(data.draw(st.lists(hold, min_size=size, max_size=size)))
+        if self.kept and data.draw(st.booleans()):
+            fields["after"] = (After(task=data.draw(st.sampled_from(sorted(self.kept))), on="ended"),)
+        if data.draw(st.booleans()):
+            fields["repeat"] = Repeat(every=REST, count=2)
+        fields["preempts"] = data.draw(st.booleans())
         made = Task(id=f"t{len(self.kept)}", priority=priority, created=self.now, **fields)
         self.kept[made.id] = made
         self.dispatcher.add(made, self.now)
@@ -65,6 +79,18 @@ class Tasks(RuleBasedStateMachine):
             name = data.draw(st.sampled_from(sorted(self.dispatcher.tasks)))
             self.kept[name] = Task(id=name, kind="go_to", places=((0.0, 0.0, 0.0),), state="cancelled")
             self.obey(self.dispatcher.withdraw(name))
+            self.dispatcher.add(self.kept[name], self.now)
+
+    @rule(data=st.data())
+    def confirm(self, data: st.DataObject) -> None:
+        if self.dispatcher.tasks:
+            self.confirm_one(data.draw(st.sampled_from(sorted(self.dispatcher.tasks))))
+
+    def confirm_one(self, name: str) -> None:
+        task = self.dispatcher.tasks[name]
+        if task.holding is not None:
+            self.kept[name] = replace(task, confirmed=task.leg)
+            self.dispatcher.confirm(self.kept[name])
 
     @rule(name=robots, place=places)
     def connect(self, name: str, place: tuple[float, float, float]) -> None:
@@ -89,6 +115,7 @@ class Tasks(RuleBasedStateMachine):
     def wait(self, seconds: float) -> None:
         self.now += seconds
         self.look()
+        self.obey(self.dispatcher.release(self.now))
         self.obey(self.dispatcher.decide(self.now))
 
     @rule()
@@ -111,6 +138,9 @@ class Tasks(RuleBasedStateMachine):
         for _ in range(400):
             self.now += REST
             self.look()
+            for name in tuple(self.dispatcher.tasks):
+                self.confirm_one(name)
+            self.obey(self.dispatcher.release(self.now))
             self.obey(self.dispatcher.decide(self.now))
             for name in NAMES:
                 self.end_goal_of(name)

@@ -19,6 +19,7 @@ WITHOUT = {
     "ppaas machine join": "runs until it is ended, and prints a log",
     "ppaas mcp": "speaks a protocol on standard output",
     "ppaas simulate": "runs until it is ended, and prints a log",
+    "ppaas task schema": "prints JSON in any case",
     "ppaas up": "runs until it is ended, and prints a log",
 }
 """Commands without the option, and why."""

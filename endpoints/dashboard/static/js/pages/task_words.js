@@ -44,9 +44,10 @@ export function titleOf({ kind, places, rounds }) {
 }
 
 /** How long it has been in its state. @param {object} task @param {number} now [s since the epoch] */
-export function ageOf({ state, created, assigned, begun, ended }, now) {
+export function ageOf({ state, created, not_before: start, assigned, begun, holding, ended }, now) {
   const since = (time) => duration(Math.max(0, now - (time ?? created)));
-  if (state === "queued") return `waits for ${since(created)}`;
+  if (state === "queued") return start > now ? `starts in ${duration(start - now)}` : `waits for ${since(start ?? created)}`;
+  if (holding) return `holds for ${since(holding)}`;
   if (state === "assigned") return `on its way for ${since(assigned)}`;
   if (state === "active") return `runs for ${since(begun)}`;
   return `${state === "cancelled" ? "cancelled " : ""}${since(ended)} ago`;
@@ -54,9 +55,14 @@ export function ageOf({ state, created, assigned, begun, ended }, now) {
 
 /** What else is known of it. @param {object} task @param {number} now [s since the epoch] @returns {string} */
 export function notesOf(task, now) {
-  const { priority, deadline, labels, failures, visited, places, rounds } = task;
+  const { priority, deadline, labels, failures, visited, places, rounds, weight, after = [], run } = task;
   const legs = places.length * rounds;
   const parts = [];
+  if (task.needs_confirmation) parts.push("waits for your confirmation");
+  if (task.named_robot) parts.push(`only for ${task.named_robot}`);
+  if (weight) parts.push(`${number(weight)} kg`);
+  if (run > 1) parts.push(`run ${run}`);
+  if (task.state === "queued" && after.length) parts.push(`after ${plural(after.length, "other task")}`);
   if (priority) parts.push(`priority ${priority}`);
   if (legs > 1) parts.push(`${visited} of ${plural(legs, "place")} visited`);
   if (isOpen(task) && deadline) parts.push(deadline > now ? `due in ${duration(deadline - now)}` : "late");
@@ -65,8 +71,11 @@ export function notesOf(task, now) {
 }
 
 /** The task to add, to do one again; a deadline that has passed is left out. @param {object} task @param {number} now [s since the epoch] */
-export function againOf({ kind, places, rounds, priority, labels, deadline }, now) {
-  return { kind, places, priority, labels, ...(kind === "patrol" && { rounds }), ...(deadline > now && { deadline }) };
+export function againOf({ kind, places, rounds, priority, labels, deadline, holds, named_robot, weight, preempts }, now) {
+  return {
+    kind, places, priority, labels, ...(holds?.length && { holds }), ...(named_robot && { named_robot }), ...(weight && { weight }), ...(preempts && { preempts }),
+    ...(kind === "patrol" && { rounds }), ...(deadline > now && { deadline }),
+  };
 }
 
 /** Most places of a task, by its kind. */

@@ -59,9 +59,10 @@ class TasksPage {
 
   #create({ id }) {
     const act = make("button", { className: "button", type: "button", onclick: () => this.#act(id) });
+    const confirm = make("button", { className: "button", type: "button", textContent: "Confirm", onclick: () => this.#confirm(id) });
     const robot = make("button", { className: "link", type: "button", onclick: () => this.#goToRobot(id) });
     return make("li", { className: "review task" }, make("p", { className: "name" }), make("p", { className: "task-who" }, robot, make("span", { className: "muted" })),
-      make("p", { className: "muted" }), make("p", { className: "error" }), make("div", { className: "actions" }, act));
+      make("p", { className: "muted" }), make("p", { className: "error" }), make("div", { className: "actions" }, act, confirm));
   }
 
   #fill(item, task, now) {
@@ -73,7 +74,9 @@ class TasksPage {
     say(age, ageOf(task, now));
     say(notes, notesOf(task, now));
     say(reason, task.reason);
-    const [act] = actions.children;
+    const [act, confirm] = actions.children;
+    confirm.hidden = !task.needs_confirmation;
+    confirm.setAttribute("aria-label", `Confirm: ${titleOf(task)}`);
     act.classList.toggle("stop", isOpen(task));
     say(act, isOpen(task) ? "Cancel" : task.state === "done" ? "Do again" : "Retry");
     act.setAttribute("aria-label", `${act.textContent}: ${titleOf(task)}`);
@@ -94,6 +97,11 @@ class TasksPage {
     const { rest, ask, cloud } = this.#context;
     if (isOpen(task)) return ask(rest.delete(`${this.#path}/${encodeURIComponent(id)}`), "The task is cancelled");
     return ask(rest.post(this.#path, againOf(task, cloud.now)), "The task waits again");
+  }
+
+  #confirm(id) {
+    const { rest, ask } = this.#context;
+    return ask(rest.post(`${this.#path}/${encodeURIComponent(id)}/confirm`, {}), "The robot goes on");
   }
 
   /** Add a task; the form shows why it is refused. */

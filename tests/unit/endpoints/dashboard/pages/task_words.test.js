@@ -43,6 +43,16 @@ test("notes have what is unusual", () => {
   assert.doesNotMatch(notesOf({ ...rich, state: "done" }, 200), /late|due/);
 });
 
+test("holds, start times and limits are told in words", () => {
+  assert.equal(ageOf(task({ not_before: 400 }), 100), "starts in 5 min");
+  assert.equal(ageOf(task({ not_before: 105 }), 110), "waits for 5 s");
+  assert.equal(ageOf(task({ state: "active", begun: 100, holding: 160 }), 165), "holds for 5 s");
+  const limits = { needs_confirmation: true, named_robot: "tb1", weight: 2.5, run: 2, after: [{ task: "a", on: "done" }] };
+  assert.equal(notesOf(task(limits), 0), "waits for your confirmation · only for tb1 · 2.5 kg · run 2 · after 1 other task");
+  const { holds, weight } = againOf(task({ holds: [{ confirm: true }], weight: 2.5, after: [] }), 0);
+  assert.deepEqual([holds, weight], [[{ confirm: true }], 2.5]);
+});
+
 test("a task is done again as it was, without a deadline that has passed", () => {
   assert.deepEqual(againOf(task({ deadline: 50, labels: { lift: "yes" }, priority: 2 }), 100), { kind: "go_to", places: [[1, 2, 0]], priority: 2, labels: { lift: "yes" } });
   const patrol = task({ kind: "patrol", rounds: 3, deadline: 150 });

@@ -13,7 +13,7 @@ from msgspec import Raw
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
-from engine.control.tasks.robots import TaskRobots, labels_of
+from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
@@ -21,7 +21,9 @@ from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.tasks.assignment import labels_of
 from ppaas.tasks.dispatcher import GONE_AFTER
+from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.records import Task
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
@@ -180,6 +182,77 @@ async def test_a_cancelled_task_stops_its_robot(hall: Hall) -> None:
     await hall.after()
     assert goals(place) == [(CANCEL, "task-t-0-0")]
     assert hall.task("t").state == "cancelled"
+
+
+async def test_a_confirmed_task_goes_on_and_its_dispatcher_is_not_made_again(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0, kind="patrol", places=((5.0, 0.0, 0.0), (9.0, 0.0, 0.0)), holds=(PlaceHold(confirm=True), None))
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    await hall.after()
+    assert (hall.task("t").state, hall.task("t").holding, hall.task("t").leg) == ("active", hall.clock(), 0)
+    goals(place)
+    tell(place, 5.0)
+    await hall.after(50.0)
+    assert goals(place) == []
+    dispatcher = hall.runner._groups["ann", "house"]._dispatcher
+    kept = hall.store.task("ann", "house", "t")
+    hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, confirmed=0)))
+    await hall.news.changed("ann", "house")
+    tell(place, 5.0)
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-1-0")]
+    assert hall.runner._groups["ann", "house"]._dispatcher is dispatcher
+
+
+async def test_a_confirmation_survives_a_restart(hall: Hall) -> None:
+    hall.connect("r")
+    holds = (PlaceHold(confirm=True), None)
+    places = ((5.0, 0.0, 0.0), (9.0, 0.0, 0.0))
+    hall.add("t", 5.0, kind="patrol", places=places, holds=holds, state="active", robot="r", holding=900.0, confirmed=0)
+    hall.start()
+    await hall.after()
+    tell(hall.places[robot_key("ann", "r")], 5.0)
+    await hall.after()
+    assert goals(hall.places[robot_key("ann", "r")]) == [(GOAL, "task-t-1-0")]
+
+
+async def test_the_next_run_of_a_task_is_stored_once(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0, repeat=Repeat(every=60.0))
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    await hall.after()
+    assert (hall.task("t").state, hall.task("t-2").state, hall.task("t-2").not_before) == ("done", "queued", 1060.0)
+    cancelled = hall.store.task("ann", "house", "t-2")
+    hall.store.put_task(
+        msgspec.structs.replace(cancelled, task=msgspec.structs.replace(cancelled.task, state="cancelled"))
+    )
+    first = hall.store.task("ann", "house", "t")
+    hall.store.put_task(
+        msgspec.structs.replace(first, task=msgspec.structs.replace(first.task, state="assigned", leg=0))
+    )
+    hall.start()  # as if the master had been killed between both records
+    await hall.after()
+    for status in (Status.ACTIVE, Status.SUCCEEDED):
+        tell(place, 5.0, ("task-t-0-0", status))
+        await hall.after()
+    assert (hall.task("t").state, hall.task("t-2").state) == ("done", "cancelled")
+
+
+async def test_a_task_begins_after_the_end_of_another_that_is_kept_as_long(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("a", 5.0, state="done", ended=-KEPT_FOR)
+    hall.add("b", 9.0, after=(After(task="a"),))
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert goals(place) == [(GOAL, "task-b-0-0")]
+    assert obsolete([ended("a", 0.0), ended("c", 0.0), hall.task("b")], 2 * KEPT_FOR) == ["c"]
 
 
 async def test_a_task_that_was_cancelled_just_now_is_not_written_over(hall: Hall) -> None:

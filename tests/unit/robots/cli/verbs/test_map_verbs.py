@@ -73,6 +73,50 @@ async def test_a_task_is_added_listed_shown_and_cancelled(office: CommandLine) -
     assert (again.status, "cancelled" in again.err) == (1, True)
 
 
+async def test_options_of_a_task_are_those_of_rest(office: CommandLine) -> None:
+    first = json.loads((await office("map", "task", "add", "house", "go_to", "--at", "1", "2", "--json")).out)
+    places = ["--at", "1", "2", "--at", "3", "4", "--hold", "1", "--hold", "1=30", "--hold", "2=5"]
+    words = [*places, "--weight", "12.5", "--start", "2100-01-01T08:00+00:00", "--after", f"{first['id']}=ended"]
+    repeat = ["--repeat-at", "08:30", "--days", "mon", "--zone", "Europe/Berlin", "--times", "3", "--preempt", "--json"]
+    added = json.loads((await office("map", "task", "add", "house", "pick_drop", *words, *repeat)).out)
+    assert added["holds"] == [{"confirm": True, "seconds": 30.0}, {"confirm": False, "seconds": 5.0}]
+    assert (added["weight"], added["preempts"], added["run"]) == (12.5, True, 1)
+    assert added["after"] == [{"task": first["id"], "on": "ended"}]
+    assert added["not_before"] == 4102731000.0 - 3600.0 * 0.0  # the first Monday of 2100, 08:30 in Berlin
+    assert (added["repeat"]["days"], added["repeat"]["count"]) == (["mon"], 3)
+    unknown = await office("map", "task", "add", "house", "go_to", "--at", "1", "2", "--robot", "tb9")
+    assert (unknown.status, "tb9" in unknown.err) == (1, True)
+
+
+async def test_a_task_is_confirmed(office: CommandLine) -> None:
+    words = ["go_to", "--at", "1", "2", "--hold", "1", "--json"]
+    name = json.loads((await office("map", "task", "add", "house", *words)).out)["id"]
+    early = await office("map", "task", "confirm", "house", name)
+    assert (early.status, "does not wait" in early.err) == (1, True)
+    kept = office.services.store.task("ann", "house", name)
+    holds = replace(kept.task, state="active", robot="tb1", holding=5.0)
+    office.services.store.put_task(replace(kept, task=holds))
+    assert (await office("map", "task", "confirm", "house", name)).status == 0
+    assert office.services.store.task("ann", "house", name).task.confirmed == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (["--hold", "x"], "NUMBER"),
+        (["--hold", "2"], "places 1 to 1"),
+        (["--start", "soon"], "2026-12-01T08:30"),
+        (["--after", "t=never"], "done, failed, ended"),
+        (["--times", "3"], "--repeat-at"),
+        (["--repeat-at", "8:30"], "at"),
+        (["--repeat-every", "60", "--zone", "Mars/Base"], "time zone"),
+    ],
+)
+async def test_options_that_are_malformed_are_refused(office: CommandLine, words: list[str], advice: str) -> None:
+    refused = await office("map", "task", "add", "house", "go_to", "--at", "1", "2", *words)
+    assert (refused.status, advice in refused.err) == (1, True), refused.err
+
+
 @pytest.mark.parametrize(("state", "status"), [("done", 0), ("failed", 1)])
 async def test_a_command_waits_for_the_end_of_a_task(
     office: CommandLine, monkeypatch: pytest.MonkeyPatch, state: str, status: int

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from pathlib import Path
 
 import pytest
 
@@ -11,7 +12,11 @@ from engine.protocols import robot_link
 from robots.cli.verbs import robot_goals
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.still_place import StillRobot
+from tests.support.geojson import collection, feature
 from tests.support.storage import records
+
+FILE = Path("docs/examples/office.yaml")
+OFFICE = records.GivenMap("house", "ann", FILE.read_bytes(), FILE.with_suffix(".pgm").read_bytes())
 
 
 @pytest.fixture(autouse=True)
@@ -46,6 +51,17 @@ class EndingPlace(StillRobot):
         status = {"goal_id": {"id": goal}, "status": self._status, "text": self._text}
         result = {"header": {"frame_id": ""}, "status": status}
         asyncio.get_running_loop().call_soon(self.publish_json, "move_base/result", result)
+
+
+async def test_a_robot_is_sent_to_a_station(ppaas: CommandLine, place: StillRobot, tmp_path: Path) -> None:
+    records.put_map(ppaas.services.map_store, OFFICE)
+    point = {"type": "Point", "coordinates": [2.0, 3.0]}
+    zones = tmp_path / "zones.geojson"
+    zones.write_bytes(collection(feature(point, name="the ramp", kind="station", yaw=1.5)))
+    assert (await ppaas("map", "zones", "house", "--put", str(zones))).status == 0
+    gone = await ppaas("robot", "go", "tb1", "the", "ramp", "--json")
+    assert json.loads(gone.out)["pose"] == [2.0, 3.0, 1.5], gone.err
+    assert "do you mean 'the ramp'?" in (await ppaas("robot", "go", "tb1", "the", "rmp")).err
 
 
 async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: StillRobot) -> None:

@@ -1,0 +1,104 @@
+"""Estimates of when a new task ends: a rehearsal of the tasks of its map with the robots that are connected."""
+
+import asyncio
+import math
+
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.resources.services import Services
+from endpoints.rest.task_schemas import EstimateAnswer
+from engine.control.planning.requests import CostRequest
+from engine.specs.containers import MapVersion
+from ppaas.decoding import from_json
+from ppaas.errors import PPaaSError
+from ppaas.tasks.assignment import Distance, labels_of, straight, worth
+from ppaas.tasks.orders import RobotNow
+from ppaas.tasks.records import Place, Task
+from ppaas.tasks.rehearsal import Rehearsal
+from storage.records import MapTask
+
+MOST_REHEARSED = 32
+"""Number of tasks before the new one that are rehearsed; others are worth less than these."""
+
+HORIZON = 7 * 86400.0
+"""Time until which a new task must end in a rehearsal [s]."""
+
+WAYS_TIMEOUT = 1.0
+"""Time to wait for the lengths of the ways of a task with a deadline [s]; then they are straight lines."""
+
+
+async def estimate(services: Services, version: MapVersion, record: MapTask, now: float) -> EstimateAnswer | None:
+    """Return when a stored task would begin and end; None if no robot can do it now.
+
+    Parameters
+    ----------
+    services : Services
+    version : MapVersion
+        Current version of the map.
+    record : MapTask
+        The task.
+    now : float
+        Time [s since the epoch].
+    """
+    robots = await _robots(services, record)
+    if not robots:
+        return None
+    stored = await run_in_threadpool(services.store.tasks, record.user, record.map)
+    tasks = _considered([other.task for other in stored], record.task, now)
+    distance: Distance = straight
+    if record.task.deadline is not None:
+        distance = await _ways(services, record, version, [robot.place for robot in robots.values() if robot.place])
+    return await run_in_threadpool(_rehearsed, tasks, robots, distance, record.task, now)
+
+
+async def _robots(services: Services, record: MapTask) -> dict[str, RobotNow]:
+    """Return the connected robots of the task's user on its map that know where they are."""
+    stored = await run_in_threadpool(services.store.robots, record.user)
+    here = [robot for robot in stored if robot.map == record.map]
+    try:
+        views = await services.cloud.robot_views([(robot.user, robot.id) for robot in here])
+    except PPaaSError:  # without a master nobody knows where they are
+        return {}
+    return {
+        robot.id: RobotNow(view.report.pose, labels_of(robot.properties))
+        for robot, view in zip(here, views, strict=True)
+        if view is not None and view.connected and view.report.pose is not None
+    }
+
+
+def _considered(stored: list[Task], task: Task, now: float) -> list[Task]:
+    """Return a task with those that go before it, and those that have ended, on which it may depend."""
+    others = [other for other in stored if other.is_open and other.id != task.id]
+    others.sort(key=lambda other: (not other.robot, -worth(other, now), other.id))
+    return [task, *others[:MOST_REHEARSED], *(other for other in stored if not other.is_open)]
+
+
+async def _ways(services: Services, record: MapTask, version: MapVersion, starts: list[Place]) -> Distance:
+    """Return the lengths of the ways of a task alone: those of the others are straight lines."""
+    places = record.task.places
+    ends = tuple(dict.fromkeys((*starts, *places)))
+    try:
+        async with asyncio.timeout(WAYS_TIMEOUT):
+            request = CostRequest(ends, places, WAYS_TIMEOUT)
+            answer = await services.cloud.planning.compute_costs(record.user, version, request)
+    except (PPaaSError, TimeoutError):
+        return straight
+    rows = from_json(bytes(answer.costs), list[list[float | None]])
+    known = {
+        (start, goal): math.inf if cost is None else cost
+        for start, row in zip(ends, rows, strict=True)
+        for goal, cost in zip(places, row, strict=True)
+    }
+    return lambda start, goal: known.get((start, goal), straight(start, goal))
+
+
+def _rehearsed(
+    tasks: list[Task], robots: dict[str, RobotNow], distance: Distance, task: Task, now: float
+) -> EstimateAnswer | None:
+    rehearsal = Rehearsal(tasks, robots, distance, now)
+    rehearsal.run(now + HORIZON, lambda: not rehearsal.tasks[task.id].is_open)
+    found = rehearsal.tasks[task.id]
+    if found.state != "done" or found.begun is None or found.ended is None:
+        return None
+    late = task.deadline is not None and found.ended > task.deadline
+    return EstimateAnswer(robot=found.robot, begin=found.begun, finish=found.ended, late=late)

@@ -1,0 +1,1 @@
+"""Command `ppaas task`: missions of tasks, run and rehearsed."""
