@@ -91,6 +91,10 @@ class DoorController:
         """Return the robots for which a door is held open."""
         return tuple(self._doors[key].robots)
 
+    def closing(self, key: DoorKey) -> DoorRequest:
+        """Return the order by which a door is free to close."""
+        return DoorRequest(*key, self._doors[key].session, "closed")
+
     # -- events --------------------------------------------------------------------------------------------------------
 
     def approach(self, robot: str, floor: str, door: str, now: float) -> list[DoorOrder]:

@@ -1,5 +1,5 @@
 from ppaas.buildings.building import Building, Floor, LiftSettings
-from ppaas.buildings.lifts.schedule import Shaft, CarStop, levels_of, next_stop
+from ppaas.buildings.lifts.schedule import CarStop, Shaft, levels_of, next_stop
 from ppaas.buildings.lifts.states import Ride
 
 SHAFT = Shaft({"L1": 0.0, "L2": 3.0, "L3": 6.0, "L4": 9.0}, LiftSettings(lift="A", robots=3))
