@@ -45,6 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot; 'ppaas stop' holds it"))
+    robot_goals.configure_move(verbs.add_parser("move", help="report that a robot is on another map now"))
     robot_drive.configure(verbs.add_parser("drive", help="drive a robot by hand, by the keys of this terminal"))
     robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
     robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
@@ -135,6 +136,7 @@ _VERBS = {
     "nodes": run_nodes,
     "drive": robot_drive.run,
     "map": robot_map.run,
+    "move": robot_goals.move,
     "go": robot_goals.go,
     "state": robot_goals.state,
     "stop": robot_goals.stop,
