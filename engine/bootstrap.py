@@ -234,7 +234,7 @@ class Engine(CloudListener):
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
-        self.cloud, self.secret = Cloud(self.service, quotas, self.store), own.secret
+        self.cloud, self.secret = Cloud(self.service, quotas, self.store, self.sessions), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
 
     def _open_stores(self, config: CloudConfig) -> None:

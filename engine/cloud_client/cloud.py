@@ -14,6 +14,7 @@ from engine.control.master_calls.control_plane import (
     CountPaths,
     MachineCalls,
     MapCalls,
+    MoveCalls,
     NeighbourCalls,
     PeopleCalls,
     RobotCalls,
@@ -149,6 +150,7 @@ class EndpointCloud:
         self._master, self._places, self._clock = master, places, clock
         self._calls = remote(MasterCalls, master)
         self.robots = remote(RobotCalls, master)
+        self.moves = remote(MoveCalls, master)
         self.maps = remote(MapCalls, master)
         self.people = remote(PeopleCalls, master)
         self.traffic = remote(TrafficCalls, master)

@@ -30,7 +30,7 @@ from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threading_layer import KernelThreads, use_threads
 from engine.sessions.host import SessionHost
-from engine.specs.containers import Launch
+from engine.specs.containers import MOVED_STATE, Launch
 from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.clock import epoch
 from ppaas.errors import InvalidInput, PPaaSError
@@ -177,7 +177,10 @@ async def _closed(container: Container, endpoint: EndpointLink, machine: Machine
 
 def _restore(graph: Graph, launch: Launch) -> None:
     try:
-        graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
+        checkpoint = launch.spec.checkpoint
+        graph.restore(
+            [Checkpoint(name, state) for name, state in checkpoint.items()], of_other_map=MOVED_STATE in checkpoint
+        )
     except InvalidInput as error:
         if launch.spec.group_node:
             # Its group has no session that clients could begin again.

@@ -15,14 +15,13 @@ import msgspec
 from engine.control.master_driver import MasterDriver
 from engine.control.views import PeopleGroupView
 from engine.links.place_link import PlaceLink
-from engine.master.places import PlaceRequest, group_key
+from engine.master.places import PlaceRequest, group_key, robot_key
 from engine.processes.background import repeat
 from engine.specs.containers import GroupNode
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty, Message
-from ppaas.messages.fleet.traffic import RobotOfTraffic, TrafficState
 from ppaas.messages.people_coordination import (
     ConfigurePeopleRequest,
     GetPeopleCountsRequest,
@@ -32,7 +31,6 @@ from ppaas.messages.people_coordination import (
 )
 from ppaas.people.names import PEOPLE_COORDINATOR, tracks_people
 from ppaas.people.settings import PeopleSettings
-from ppaas.traffic.taking_part import TRAFFIC, takes_part
 
 logger = logging.getLogger(__name__)
 
@@ -115,6 +113,8 @@ class GroupPlaces:
         Opens and closes places.
     clock : callable
         Returns monotonic seconds.
+    departed : callable
+        Called with a group and a robot of it that goes on on another map.
 
     Attributes
     ----------
@@ -122,8 +122,16 @@ class GroupPlaces:
         Groups by user and map, those without robots until their node has ended.
     """
 
-    def __init__(self, kind: GroupKind, service: MasterDriver, clock: Clock) -> None:
+    def __init__(
+        self,
+        kind: GroupKind,
+        service: MasterDriver,
+        clock: Clock,
+        departed: Callable[[Key, str], None] = lambda _key, _robot: None,
+    ) -> None:
         self._kind = kind
+        self._departed = departed
+        self._leaving: set[tuple[Key, str]] = set()
         self._service = service
         self._clock = clock
         self._robots: set[str] = set()
@@ -155,12 +163,27 @@ class GroupPlaces:
         for key in present.keys() - self.groups.keys():
             self.groups[key] = Group({})
         for key, group in tuple(self.groups.items()):
-            group.robots = dict(present.get(key, {}))
+            before, group.robots = group.robots, dict(present.get(key, {}))
+            self._leaving |= {(key, robot) for robot in before.keys() - group.robots.keys()}
             if group.robots:
                 group.seen_at = now
                 self._fill(key, group, now)
             elif now - group.seen_at >= self._kind.linger:
                 await self._end(key, Unavailable("no robot of its group is connected"))
+
+        for key, robot in tuple(self._leaving):
+            self._see_off(key, robot)
+
+    def _see_off(self, key: Key, robot: str) -> None:
+        """Report a robot whose container is on another map, so that none on this one speaks for it any more."""
+        user, map_id = key
+        container = self._service.containers.of_robot(robot_key(user, robot))
+        stays = container is not None and container.map.id == map_id
+        if stays and key in self.groups and robot not in self.groups[key].robots:
+            return  # its container there has not left yet
+        self._leaving.discard((key, robot))
+        if container is not None and not stays:
+            self._departed(key, robot)
 
     async def close_map(self, map_id: str) -> None:
         """Close the places of all nodes on a map that no robot uses, so that it can be removed."""
@@ -329,52 +352,3 @@ def _view(key: Key, group: Group) -> PeopleGroupView:
     if link is None or group.refusal is not None:
         return PeopleGroupView(*key, robots, "refused" if group.refusal else "starting", str(group.refusal or ""))
     return PeopleGroupView(*key, robots, "starting" if link.container is None else "ready")
-
-
-# -- traffic -----------------------------------------------------------------------------------------------------------
-
-TRAFFIC_LINGER = 60.0
-"""Time for which a traffic node outlives the places of its robots [s]: until then an operator sees where they stopped,
-and robots that come back need not wait for it."""
-
-TRAFFIC_KIND = GroupKind(
-    "traffic",
-    "traffic node",
-    TRAFFIC,
-    takes_part,
-    TRAFFIC_LINGER,
-    "no robot of user {user} takes part in the traffic of map {map} now: set 'traffic' to true in the file of one, and "
-    "connect it",
-)
-
-
-class TrafficGroups:
-    """Gives each group of robots in the traffic of their map a traffic node, and calls it; implements ``TrafficCalls``.
-
-    Parameters
-    ----------
-    service : MasterDriver
-        Opens and closes places.
-    clock : callable
-        Returns monotonic seconds.
-
-    Attributes
-    ----------
-    places : GroupPlaces
-        Places of the traffic nodes.
-    """
-
-    def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
-        self.places = GroupPlaces(TRAFFIC_KIND, service, clock)
-
-    async def state(self, user: str, map_id: str) -> TrafficState:
-        """Return the traffic of the robots of a user on a map."""
-        return decode(TrafficState, await self.places.call(user, map_id, "get_traffic", Empty()))
-
-    async def take_out(self, user: str, map_id: str, robot: str) -> None:
-        """Take a robot out of the traffic: what it holds is free, and nobody waits for it."""
-        await self.places.call(user, map_id, "take_out", RobotOfTraffic(robot))
-
-    async def put_back(self, user: str, map_id: str, robot: str) -> None:
-        """Put a robot back into the traffic, where it now stands."""
-        await self.places.call(user, map_id, "put_back", RobotOfTraffic(robot))

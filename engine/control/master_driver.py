@@ -30,6 +30,7 @@ from engine.master.events import (
     MachineMeasured,
     MachinesExpected,
     MapChanged,
+    PlaceMoved,
     PlaceReleased,
     PlaceRequested,
     RemovalRequested,
@@ -242,6 +243,11 @@ class MasterDriver:
         self._execute(orders)
         self._opened(request.key)
         return place
+
+    def move_place(self, request: PlaceRequest) -> None:
+        """Let the open or queued place of a robot go on with another map, or at another pose, in the same session."""
+        self._handle(PlaceMoved(request))
+        self._opened(request.key)
 
     def request_of(self, key: str) -> PlaceRequest | None:
         """Return the request of an open or queued place, or None."""
@@ -509,7 +515,7 @@ class OrderExecution:
             logger.info("container %s was lost with its machine", order.container)
 
     def _let_leave(self, order: Leave) -> None:
-        logger.info("container %s leaves machine %s", order.container, order.machine)
+        logger.info("container %s leaves machine %s, or the map of its robot", order.container, order.machine)
         place = self._places.get(order.place)
         if place is not None:
             place.release()

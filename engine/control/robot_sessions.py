@@ -22,6 +22,7 @@ from engine.specs.robot_places import check_readable, robot_place, urdf_of
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
+from ppaas.traffic.taking_part import TRAFFIC, with_traffic
 from storage.ports import MapStore, Store
 from storage.records import MapRecord
 from storage.versions import OCTOMAP, YAML
@@ -150,9 +151,33 @@ class RobotSessions:
             request = self._as_begun(request)
         with contextlib.suppress(Conflict):
             return self._service.open_place(request, queue=queue)
+        known = self._service.request_of(request.key)
+        if known is not None and _moved_to(known, request) == request:
+            self._service.move_place(request)
+            return self._service.open_place(request, queue=queue)
         # The robot is not connected, so the old place is closed in favour of the changed robot or map.
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
         return self._service.open_place(request, queue=queue)
+
+    async def moved(self, user: str, robot: str) -> None:
+        """Let the clone of a robot go on with the map in its file, at the initial pose there, in the same session.
+
+        Other changes of the file are used when the robot connects again. A robot without a place begins on the map when
+        it connects.
+
+        Raises
+        ------
+        NotFound, NotPermitted, InvalidMap, InvalidParameter
+            As ``join``.
+        """
+        key = robot_key(user, robot)
+        if self._service.request_of(key) is None:
+            return
+        request, heads = await asyncio.to_thread(self._request, user, robot)
+        self._follow(heads)
+        known = self._service.request_of(key)
+        if known is not None:
+            self._service.move_place(_moved_to(known, request))
 
     def _follow(self, heads: Iterable[MapRecord]) -> None:
         """Move open places to the versions of a map and its masks that another cloud has published.
@@ -247,6 +272,20 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
+
+
+def _moved_to(known: PlaceRequest, request: PlaceRequest) -> PlaceRequest:
+    """Return the request of an open place on the map of another, which has its robot; unchanged if one is made."""
+    before, after = known.robot, request.robot
+    if before is None or after is None or before.new_map or after.new_map:
+        return known
+    there = replace(
+        before,
+        initial_pose=after.initial_pose,
+        in_space=after.in_space,
+        parameters=with_traffic(before.parameters, after.parameters.get(TRAFFIC, False)),
+    )
+    return dataclasses.replace(known, map=request.map, robot=there)
 
 
 IDLE = 600.0

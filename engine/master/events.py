@@ -56,6 +56,13 @@ class MapChanged:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaceMoved:
+    """A robot is on another map now, or was put elsewhere; the request for its place there."""
+
+    request: PlaceRequest
+
+
+@dataclass(frozen=True, slots=True)
 class LimitsChanged:
     """A user has other limits than before."""
 
@@ -222,7 +229,14 @@ class RobotTimed:
 
 
 UserRequest = (
-    PlaceRequested | PlaceReleased | ResizeRequested | MapChanged | LimitsChanged | DefaultQuotaChanged | ShutdownBegan
+    PlaceRequested
+    | PlaceReleased
+    | PlaceMoved
+    | ResizeRequested
+    | MapChanged
+    | LimitsChanged
+    | DefaultQuotaChanged
+    | ShutdownBegan
 )
 AdministratorRequest = SettingsLoaded | SettingsChanged | RemovalRequested | MachineAdmitted
 MachineReport = MachinesExpected | ReturnTimedOut | MachineJoined | MachineMeasured | MachineLeft

@@ -34,6 +34,7 @@ from engine.master.events import (
     MachineReport,
     MachinesExpected,
     MapChanged,
+    PlaceMoved,
     PlaceReleased,
     PlaceRequested,
     RemovalRequested,
@@ -198,12 +199,14 @@ def handle_user_request(event: UserRequest, state: MasterState) -> list[Order]:
         No machine has room, or a container to be resized is not ready.
     """
     match event:
-        case PlaceRequested(request, queue=True):
-            return state.queue.open(state.versions.of(request), partial(open_place, state=state))
-        case PlaceRequested(request):
-            return open_place(state.versions.of(request), state)
+        case PlaceRequested(request, queue):
+            request = state.versions.of(request)
+            fill = partial(open_place, state=state)
+            return state.queue.open(request, fill) if queue else fill(request)
         case PlaceReleased(place):
             return _close_place(place, state)
+        case PlaceMoved(request):
+            return move_to_map(state.versions.of(request), state)
         case ResizeRequested():
             return _resize(event, state)
         case MapChanged():
@@ -563,9 +566,32 @@ def _follow(place: PlaceAssignment, event: MapChanged, state: MasterState) -> Or
     return None if place.follows or place.leaving else UseMap(place.machine, place.spec)
 
 
+def move_to_map(request: PlaceRequest, state: MasterState) -> list[Order]:
+    """Move the place of a robot to another map; return the order to its container.
+
+    The container stores its state and ends; the next one, on the other map, takes its room. One that is starting gets
+    its order when it is ready. A place that is in the queue, waits or moves to another machine goes on with the map.
+    """
+    state.queue.change(lambda queued: request if queued.key == request.key else queued)
+    place = state.places.get(request.key)
+    if place is None or place.request == request:
+        return []
+    state.replace_request(place, request)
+    if place.successor is not None:
+        machine, spec = place.successor
+        place.successor = machine, _moved(machine, spec, request, state)
+    place.follows, place.moves = False, place.spec is not None and not place.leaving
+    return catch_up(place) if place.state == "ready" else []
+
+
 def catch_up(place: PlaceAssignment) -> list[Order]:
-    """Return the order for a container that has become ready, if a map of it changed while it started."""
-    if not place.follows or place.spec is None or place.machine is None:
+    """Return the order for a ready container whose map changed, or whose robot moved to another, meanwhile."""
+    if place.spec is None or place.machine is None:
+        return []
+    if place.moves:
+        place.moves, place.follows, place.leaving = False, False, True
+        return [Leave(place.request.key, place.machine, place.spec.id)]
+    if not place.follows:
         return []
     place.follows = False
     return [UseMap(place.machine, place.spec)]

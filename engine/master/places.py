@@ -116,6 +116,8 @@ class PlaceAssignment:
         Size of its containers after a resize [cores].
     follows : bool
         Whether a map changed while its container started, which has the version before.
+    moves : bool
+        Whether its robot has moved to another map while its container started, which has the one before.
     """
 
     request: PlaceRequest
@@ -129,6 +131,7 @@ class PlaceAssignment:
     successor: tuple[str, ContainerSpec] | None = None
     resized: float | None = None
     follows: bool = False
+    moves: bool = False
 
     @property
     def cores(self) -> float:

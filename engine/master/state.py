@@ -252,6 +252,13 @@ class MasterState:
             self.quotas.add(place.request.user, -1, -place.cores)
         return place
 
+    def replace_request(self, place: PlaceAssignment, request: PlaceRequest) -> None:
+        """Replace the request of an open place by one on other maps."""
+        self._forget_user(place)
+        place.request = request
+        for map_id in request.map_ids:
+            self.users_of.setdefault(map_id, {})[request.key] = place
+
     def _forget_user(self, place: PlaceAssignment) -> None:
         for map_id in place.request.map_ids:
             users = self.users_of[map_id]
@@ -268,7 +275,8 @@ class MasterState:
             return []
         self.waiting.pop(key, None)
         place.machine, place.spec = reserved
-        place.state, place.pid, place.session, place.follows = "starting", None, place.spec.session, False
+        place.state, place.pid, place.session = "starting", None, place.spec.session
+        place.follows = place.moves = False
         return [Start(key, place.machine, place.spec, delay)]
 
     def reserve(self, place: PlaceAssignment) -> tuple[str, ContainerSpec] | None:

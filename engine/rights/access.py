@@ -55,6 +55,7 @@ CONFIGURING = frozenset(
         "people_coordinator/configure_people",
         "rosapi/delete_param",
         "rosapi/set_param",
+        "traffic/let_go",
         "traffic/put_back",
         "traffic/take_out",
     }

@@ -7,6 +7,7 @@ import msgspec
 from engine.specs.containers import (
     LINK_STATE,
     LOG_STATE,
+    MOVED_STATE,
     ORIGIN_STATE,
     SESSION_STATE,
     SESSIONS_STATE,
@@ -55,6 +56,9 @@ class CheckpointSelection:
     robot's configuration, with two exceptions: the robot lost its place because it was idle; or the cloud process that
     served it has died, and the robot is back as soon as after a lost connection. Both continue from the last
     checkpoint, if the robot and its map are unchanged; the versions of map and masks may be others, as while it drives.
+
+    A robot that has moved to another map meanwhile continues at the pose of its configuration, without what belongs to
+    the map before.
 
     The nodes of groups always continue from the last checkpoint of their group: people coordinators, so that no
     identity is used twice, and traffic nodes, so that no epoch is. Coordinators get the settings that are stored when
@@ -109,17 +113,28 @@ class CheckpointSelection:
         if spec.id != spec.session:
             # The last container of an earlier session may have stored one, if it exited late.
             same = checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
-            return _with(spec, checkpoint.nodes) if same else spec
+            return _with(spec, self._moved(checkpoint, spec)) if same else spec
         if not (self._is_for(checkpoint, spec) and (lasting or self._was_cut_off(checkpoint))):
             self._store.remove_clone(spec.user, name)
             return spec
         # The sequence numbers of a new session start again.
-        nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
+        nodes = _on_map_of(spec, checkpoint) | marks(spec, self._instance) | {LINK_STATE: b"0"}
         if idle:
             nodes.pop(SESSIONS_STATE, None)  # their clients were disconnected
         nodes[LOG_STATE] = checkpoint.nodes.get(LOG_STATE, checkpoint.nodes.get(SESSION_STATE, b""))
         self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
         return _with(spec, nodes)
+
+    def _moved(self, checkpoint: CloneCheckpoint, spec: ContainerSpec) -> dict[str, bytes]:
+        """Return the states of a checkpoint of this session; if its robot has moved since, that is stored first.
+
+        So a container that is lost before it has stored anything is followed by one that knows of the move.
+        """
+        nodes = _on_map_of(spec, checkpoint)
+        if MOVED_STATE in nodes and MOVED_STATE not in checkpoint.nodes:
+            nodes |= marks(spec, self._instance)
+            self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
+        return nodes
 
     def runs_on(self, spec: ContainerSpec) -> bool:
         """Return whether a container of another cloud process is still the current one of its robot or group.
@@ -136,13 +151,16 @@ class CheckpointSelection:
         # A master that kept running has replaced what it lost, so it takes nothing back.
         if origin is None or origin.instance == self._instance or origin.container != spec.id:
             return False
-        return self._is_for(checkpoint, spec) and checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
+        same = origin.map.id == spec.map.id and checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
+        return same and self._is_for(checkpoint, spec)
 
     @staticmethod
     def _is_for(checkpoint: CloneCheckpoint, spec: ContainerSpec) -> bool:
         origin = _origin_of(checkpoint)
-        # Without the version: a robot that was away continues at its pose on a later version of its map.
-        return origin is not None and (origin.map.id, _lasting(origin.robot)) == (spec.map.id, _lasting(spec.robot))
+        if origin is None or _lasting(origin.robot) != _lasting(spec.robot):
+            return False
+        # A robot on a published map may have moved to another one, whatever its version.
+        return origin.map.id == spec.map.id or (spec.robot is not None and not spec.robot.new_map)
 
     def _was_cut_off(self, checkpoint: CloneCheckpoint) -> bool:
         origin = _origin_of(checkpoint)
@@ -155,12 +173,21 @@ def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
 
 
 def _lasting(robot: RobotConfig | None) -> RobotConfig | None:
-    """Return a configuration without the text of the URDF and without what depends on the version of a map."""
+    """Return a configuration without the text of the URDF and without what depends on the map, or on its version."""
     if robot is None:
         return None
-    masks = {name: msgspec.structs.replace(mask, version="") for name, mask in robot.masks.items()}
     continued = None if robot.continued is None else msgspec.structs.replace(robot.continued, version="")
-    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False, continued=continued, map_owner="")
+    kept = msgspec.structs.replace(robot, urdf_text=b"", in_space=False, continued=continued, map_owner="")
+    return kept if robot.new_map else kept.anywhere
+
+
+def _on_map_of(spec: ContainerSpec, checkpoint: CloneCheckpoint) -> dict[str, bytes]:
+    """Return the states of a checkpoint, marked if the robot has moved to another map or was put elsewhere since."""
+    origin, robot = _origin_of(checkpoint), spec.robot
+    if robot is None or origin is None or origin.robot is None or MOVED_STATE in checkpoint.nodes:
+        return checkpoint.nodes
+    stays = (origin.map.id, origin.robot.initial_pose) == (spec.map.id, robot.initial_pose)
+    return checkpoint.nodes if stays else checkpoint.nodes | {MOVED_STATE: b"1"}
 
 
 def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:

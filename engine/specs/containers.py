@@ -11,7 +11,7 @@ from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
 from ppaas.tracing.spans import Sampling
-from ppaas.traffic.taking_part import traffic_checkpoint
+from ppaas.traffic.taking_part import traffic_checkpoint, with_traffic
 
 ContainerKind = Literal["robot", "planning", "coordinator", "traffic"]
 
@@ -34,6 +34,9 @@ LINK_STATE = "link"
 
 LOG_STATE = "log"
 """Key in a checkpoint: the session in which the logs of its nodes began, if it is an earlier one."""
+
+MOVED_STATE = "moved"
+"""Key in a checkpoint: it was made on another map, or the robot was put elsewhere since."""
 
 
 class MapVersion(msgspec.Struct, frozen=True):
@@ -103,6 +106,14 @@ class RobotConfig(msgspec.Struct, frozen=True):
     new_map: str = ""
     continued: MapVersion | None = None
     map_owner: str = ""
+
+    @property
+    def anywhere(self) -> "RobotConfig":
+        """This configuration without what belongs to the map: a robot that has moved to another one has the same."""
+        parameters = with_traffic(self.parameters, False)
+        return msgspec.structs.replace(
+            self, initial_pose=(0.0, 0.0, 0.0), masks={}, in_space=False, parameters=parameters
+        )
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):

@@ -227,6 +227,13 @@ class Node(ABC):
     def restore(self, state: bytes) -> None:
         """Continue from the result of ``checkpoint``, in this executor or another."""
 
+    def carry_over(self, state: bytes) -> None:
+        """Continue from a checkpoint that was made on another map, to which the robot has moved from there.
+
+        What belongs to that map is left out, such as poses and goals on it; by default, nothing does.
+        """
+        self.restore(state)
+
     @property
     def has_log_change(self) -> bool:
         """Whether the log must be stored at once, because a crash now would lose much."""

@@ -259,8 +259,10 @@ class Graph(TopicBus):
         states = ((node.name, node.checkpoint()) for node in self.nodes.values())
         return [Checkpoint(name, state) for name, state in states if state is not None]
 
-    def restore(self, checkpoints: list[Checkpoint]) -> None:
+    def restore(self, checkpoints: list[Checkpoint], *, of_other_map: bool = False) -> None:
         """Restore the nodes from their checkpoints; checkpoints of other nodes are ignored.
+
+        With ``of_other_map``, the checkpoints were made on another map, and what belongs to that is left out.
 
         Raises
         ------
@@ -270,7 +272,7 @@ class Graph(TopicBus):
         for checkpoint in checkpoints:
             node = self.nodes.get(checkpoint.node)
             if node is not None:
-                _restore(node, checkpoint.state)
+                _restore(node, checkpoint.state, of_other_map=of_other_map)
         self._drain()
 
     @property
@@ -364,9 +366,12 @@ class Graph(TopicBus):
         return job
 
 
-def _restore(node: Node, state: bytes) -> None:
+def _restore(node: Node, state: bytes, *, of_other_map: bool) -> None:
     try:
-        node.restore(state)
+        if of_other_map:
+            node.carry_over(state)
+        else:
+            node.restore(state)
     except (msgspec.MsgspecError, ValueError) as error:
         text = f"the checkpoint of node {node.name!r} cannot be read, perhaps because another release wrote it: {error}"
         raise InvalidInput(text) from error

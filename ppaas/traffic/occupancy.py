@@ -171,18 +171,18 @@ class Occupancy:
         self.outdated = True
 
     def put_back(self, name: str) -> None:
-        """Take a robot that was taken out in again, where it stands.
-
-        Raises
-        ------
-        NotFound
-            There is no such robot in the traffic.
-        """
+        """Take a robot that was taken out in again, where it stands; raises as ``take_out``."""
         member = self._member(name)
         if member.standing == "out":
             member.standing, member.tries = "joined", 0
             self._stand(member)
             self.gives_back.add(name)
+
+    def let_go(self, name: str) -> None:
+        """Forget a robot that has left the map, if it is known; it may return, and reports itself then."""
+        if name in self.members:
+            self._release(self.members.pop(name))
+            self.outdated = True
 
     def _member(self, name: str) -> Member:
         if name not in self.members:
@@ -373,9 +373,7 @@ class Occupancy:
         for member in tuple(self.members.values()):
             silent = now - member.heard_at
             if silent > p.forget:
-                self._release(member)
-                del self.members[member.name]
-                self.outdated = True
+                self.let_go(member.name)
             elif member.standing == "joined" and silent > p.patience:
                 self._set_aside(member, "silent", now)
             elif member.standing == "joined" and now - member.moved_at > p.patience:

@@ -10,7 +10,7 @@ from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
 from engine.container.container import CHECKPOINT_PERIOD
-from engine.control import group_places
+from engine.control import group_places, traffic_groups
 from engine.control.planning_places import IDLE
 from engine.fabric.keys import addressed_key, shared_key
 from engine.links import place_link, shared_place
@@ -57,7 +57,7 @@ def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
     assert states(DATA_FLOW, f"until {IDLE:g} s after")
     assert states(ARCHITECTURE, f"track people, until {group_places.PEOPLE_LINGER:g} s after the place of the last one")
     assert states(
-        ARCHITECTURE, f"take part in the traffic of the map, until {group_places.TRAFFIC_LINGER:g} s after that"
+        ARCHITECTURE, f"take part in the traffic of the map, until {traffic_groups.TRAFFIC_LINGER:g} s after that"
     )
     assert states(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
     assert OVERSUBSCRIPTION == 4.0 and states(ARCHITECTURE, "gives out four times the cores it has")

@@ -72,6 +72,7 @@ BODIES: dict[str, Any] = {
     "roll_back_map": {"version": records.house().version},
     "put_robot": {"map": "house", "initial_pose": [0.1, 0.1, 0.0]},
     "change_robot": {"cores": 0.5},
+    "move_robot": {"map": "house", "pose": [0.2, 0.1]},
     "run_node": {"home": "cloud"},
     "send_goal": {"pose": [0.2, 0.1]},
     "share_robot": {"role": "look"},

@@ -6,7 +6,7 @@ from typing import get_args
 import msgspec
 import pytest
 
-from engine.control import group_places
+from engine.control import group_places, traffic_groups
 from ppaas.clone.driving import DrivingInTraffic
 from ppaas.nodes.granted_move_base.traffic_link import NODE_SILENCE
 from ppaas.traffic.granted_way import STRAY
@@ -48,7 +48,7 @@ def test_the_margin_and_the_width_of_the_way_are_those_of_the_code(page: str) ->
 
 
 def test_times_are_those_of_the_code(page: str) -> None:
-    assert f"ends it {group_places.TRAFFIC_LINGER:g} s after the last one has left" in page
+    assert f"ends it {traffic_groups.TRAFFIC_LINGER:g} s after the last one has left" in page
     assert f"drives freely stops after {NODE_SILENCE:g} s" in page
     assert f"granted nothing after {VALUES.silence:g} s, and keeps what it holds for {VALUES.forget:g} s" in page
     assert f"does not get on for {VALUES.patience:g} s" in page

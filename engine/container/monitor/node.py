@@ -338,6 +338,13 @@ class NodeMonitorNode(Node):
                 self._switch.take_out(node, record.lease.unheard.note)
         self._publish_homes()
 
+    def carry_over(self, state: bytes) -> None:
+        """Restore the records; nodes that the robot runs on another map begin here, until it takes them again."""
+        restored = from_json(state, MonitorState)
+        for record in restored.records.values():
+            record.lease = None
+        self.restore(msgspec.json.encode(restored))
+
 
 def _checked(state: str) -> str:
     if len(state) > MAX_STATE:

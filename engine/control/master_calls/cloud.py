@@ -7,12 +7,13 @@ from typing import Any, Protocol
 import msgspec
 
 from engine.control.fleet_events import LostRobots
-from engine.control.group_places import GroupPlaces, PeopleGroups, TrafficGroups
+from engine.control.group_places import GroupPlaces, PeopleGroups
 from engine.control.master_calls.control_plane import (
     ContainerCalls,
     CountPaths,
     MachineCalls,
     MapCalls,
+    MoveCalls,
     NeighbourCalls,
     PeopleCalls,
     RobotCalls,
@@ -33,6 +34,7 @@ from engine.control.robot_stops import RobotStops, StopCalls
 from engine.control.tasks.group import KEPT_FOR
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.traffic_groups import TrafficGroups
 from engine.control.views import EndpointView, GoalView, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
@@ -273,6 +275,8 @@ class Cloud:
         Limits of the users.
     store : CloneStore
         Has the stops of robots.
+    moves : MoveCalls
+        Moves robots to other maps.
 
     Attributes
     ----------
@@ -292,8 +296,8 @@ class Cloud:
 
     master_silence = 0.0
 
-    def __init__(self, driver: MasterDriver, quotas: Quotas, store: CloneStore) -> None:
-        self.driver, self.quotas = driver, quotas
+    def __init__(self, driver: MasterDriver, quotas: Quotas, store: CloneStore, moves: MoveCalls) -> None:
+        self.driver, self.quotas, self.moves = driver, quotas, moves
         self.robot_stops = RobotStops(driver, store)
         self.news, self.fact_sources = News(), FactSources()
         self.robot_stops.stored = lambda user: self.news.tell("robot", stops_key(user))

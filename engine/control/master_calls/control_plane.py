@@ -301,6 +301,22 @@ class RobotCalls(Protocol):
         ...
 
 
+class MoveCalls(Protocol):
+    """Robots that are moved to other maps."""
+
+    async def moved(self, user: str, robot: str) -> None:
+        """Let the clone of a robot go on with the map and the initial pose in its file, which were changed.
+
+        It keeps its session, and its container is replaced in the room that it has.
+
+        Raises
+        ------
+        NotFound, NotPermitted, InvalidMap, InvalidParameter
+            The map cannot be used.
+        """
+        ...
+
+
 class UserCalls(Protocol):
     """Places and quotas of users."""
 
@@ -342,6 +358,7 @@ class MasterParts(Protocol):
     """
 
     robots: RobotCalls
+    moves: MoveCalls
     maps: MapCalls
     people: PeopleCalls
     traffic: TrafficCalls

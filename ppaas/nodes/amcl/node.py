@@ -317,6 +317,9 @@ class AmclNode(Node):
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
         self._tracker.forget()
 
+    def carry_over(self, state: bytes) -> None:
+        """Begin at the initial pose, which is on the map of this container; the pose of the checkpoint is not."""
+
     def _resume(self, odom: Pose2D, stamp: float) -> None:
         """With the first odometry after a restore, add the motion that was missed, or resume the search."""
         if self._restored is None:

@@ -229,6 +229,10 @@ class FollowPersonNode(Node):
         self._link.counter = restored.counter
         self._paused_until = self.context.elapsed() + restored.pause
 
+    def carry_over(self, state: bytes) -> None:
+        """Continue with the number of goals alone: the people of another map are not here."""
+        self._link.counter = from_json(state, FollowPersonState).counter
+
 
 def _key(order: FollowOrder | None) -> tuple[int, float]:
     return (0, 0.0) if order is None else (order.person, order.since.seconds())

@@ -67,6 +67,9 @@ Processors = Callable[[Costmap, str | None], PlanProcessor]
 STATUS_PERIOD = 1.0
 
 
+ON_OTHER_MAP = "the robot is on another map now; goals on the map before have ended"
+
+
 class MoveBaseState(msgspec.Struct):
     """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and other actions.
 
@@ -491,3 +494,11 @@ class MoveBaseNode(Node):
         self._behaviors.restore(restored.behavior)
         self._paths.routes.restore(restored.route)
         self._objects.restore(restored.object)
+
+    def carry_over(self, state: bytes) -> None:
+        """End the goal of a checkpoint, which is a pose on another map."""
+        restored = from_json(state, MoveBaseState)
+        self._counter = restored.counter
+        if restored.goal is not None and not restored.goal.id.startswith(OBJECT_GOAL):
+            self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
+            self._feed(events.Preempted(self.context.elapsed(), ON_OTHER_MAP))

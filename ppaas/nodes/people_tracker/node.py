@@ -313,3 +313,6 @@ class PeopleTrackerNode(Node):
         restored = from_json(state, PeopleTrackerState)
         self._tracking.restore(restored.tracking)
         self._person_frames.ids.restore(restored.torso_ids)
+
+    def carry_over(self, state: bytes) -> None:
+        """Begin without the people of another map."""

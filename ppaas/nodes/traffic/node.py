@@ -39,6 +39,7 @@ PERSON_RADIUS = 0.4
 GET_TRAFFIC = Service("traffic/get_traffic", GetTraffic)
 TAKE_OUT = Service("traffic/take_out", TakeOut)
 PUT_BACK = Service("traffic/put_back", PutBack)
+LET_GO = Service("traffic/let_go", TakeOut)
 
 
 class TrafficNode(Node):
@@ -61,7 +62,7 @@ class TrafficNode(Node):
     name: ClassVar[str] = TRAFFIC
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT, topics.ROBOTS, topics.PEOPLE_STATE)
     publishes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_GRANTS, topics.TRAFFIC_STATE)
-    services: ClassVar[tuple[Service, ...]] = (GET_TRAFFIC, TAKE_OUT, PUT_BACK)
+    services: ClassVar[tuple[Service, ...]] = (GET_TRAFFIC, TAKE_OUT, PUT_BACK, LET_GO)
 
     def __init__(
         self,
@@ -103,7 +104,7 @@ class TrafficNode(Node):
         self._coordinator.report(expect(message, TrafficReport), self.context.elapsed())
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Answer with the traffic, or take a robot out or put it back.
+        """Answer with the traffic, or take a robot out, put it back, or forget it since it has left the map.
 
         Raises
         ------
@@ -113,12 +114,13 @@ class TrafficNode(Node):
         if service == GET_TRAFFIC.name:
             reply(self._state())
             return
-        if service not in {TAKE_OUT.name, PUT_BACK.name}:
-            raise NotFound("service", service, [each.name for each in self.services])
-        robot = expect(request, RobotOfTraffic).robot
         occupancy = self._coordinator.occupancy
-        change = occupancy.take_out if service == TAKE_OUT.name else occupancy.put_back
-        change(robot)
+        changes = {
+            TAKE_OUT.name: occupancy.take_out, PUT_BACK.name: occupancy.put_back, LET_GO.name: occupancy.let_go,
+        }  # fmt: skip
+        if service not in changes:
+            raise NotFound("service", service, [each.name for each in self.services])
+        changes[service](expect(request, RobotOfTraffic).robot)
         reply(Empty())
 
     def checkpoint(self) -> bytes:

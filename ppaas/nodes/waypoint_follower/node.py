@@ -331,6 +331,14 @@ class WaypointFollowerNode(Node):
         if restored.waypoints is not None:
             self._follow(restored.waypoints)
 
+    def carry_over(self, state: bytes) -> None:
+        """End the list of a checkpoint, whose waypoints are poses on another map."""
+        restored = from_json(state, WaypointFollowerState)
+        self._counter = restored.counter
+        if restored.waypoints is not None:
+            self._lists.accept(restored.waypoints)
+            self._end(Status.PREEMPTED, "The robot is on another map now.")
+
 
 # -- node ``waypoint_follower`` of a robot that makes its map ----------------------------------------------------------
 

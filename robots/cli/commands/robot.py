@@ -48,6 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot; 'ppaas stop' holds it"))
     robot_docks.configure_dock(verbs.add_parser("dock", help="dock a robot until its battery is charged"))
     robot_docks.configure_undock(verbs.add_parser("undock", help="drive a robot out of its dock"))
+    robot_goals.configure_move(verbs.add_parser("move", help="report that a robot is on another map now"))
     robot_drive.configure(verbs.add_parser("drive", help="drive a robot by hand, by the keys of this terminal"))
     robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
     robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
@@ -140,6 +141,7 @@ _VERBS = {
     "undock": robot_docks.undock,
     "drive": robot_drive.run,
     "map": robot_map.run,
+    "move": robot_goals.move,
     "go": robot_goals.go,
     "state": robot_goals.state,
     "stop": robot_goals.stop,

@@ -1,4 +1,4 @@
-"""Navigation in ``ppaas robot``: sends a robot to a pose, stops it, and shows its pose and goals."""
+"""Navigation in ``ppaas robot``: sends a robot to a pose, stops it, shows its pose and goals, and moves its clone."""
 
 import argparse
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 GOAL_COLUMNS = ("id", "pose", "state", "text")
+MOVE_COLUMNS = ("id", "map", "initial_pose")
 STATE_COLUMNS = ("connected", "disconnected_since", "container", "pose", "localization", "goals")
 POLL = 0.5
 """Interval of queries while a command waits for the end of a goal [s]."""
@@ -34,6 +35,23 @@ def configure_state(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``ppaas robot state`` and ``ppaas robot stop``."""
     parser.add_argument("id")
     add_session_arguments(parser)
+
+
+def configure_move(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``ppaas robot move``."""
+    parser.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
+    parser.add_argument("--map", required=True, help="map that it is on now")
+    parser.add_argument(
+        "--at", type=float, nargs=3, required=True, metavar=("X", "Y", "YAW"), help="pose on that map [m, m, rad]"
+    )
+    add_session_arguments(parser)
+
+
+async def move(arguments: argparse.Namespace) -> None:
+    """Report that a robot is on another map now."""
+    path = path_of("robots", arguments.id, "move")
+    moved = await logged_in(arguments).post(path, {"map": arguments.map, "pose": arguments.at})
+    show(moved, MOVE_COLUMNS, as_json=arguments.json)
 
 
 async def go(arguments: argparse.Namespace) -> None:

@@ -18,6 +18,7 @@ from engine.control.master_calls.control_plane import (
     CountPaths,
     MachineCalls,
     MapCalls,
+    MoveCalls,
     NeighbourCalls,
     PeopleCalls,
     RobotCalls,
@@ -305,6 +306,14 @@ class FakeTasks(FakePart):
         self._cloud.groups_with_changed_tasks.append((user, map_id))
 
 
+class FakeMoves(FakePart):
+    """Notes the robots that were moved to other maps."""
+
+    async def moved(self, user: str, robot: str) -> None:
+        self._cloud.fail()
+        self._cloud.moved.append((user, robot))
+
+
 class FakeDriver(FakePart):
     """Places of users, which end with their containers."""
 
@@ -335,6 +344,8 @@ class FakeCloud:
         self.tasks: TaskCalls = FakeTasks(self)
         self.stops: StopCalls = RobotStops(self, MemoryStore())
         self.maps: MapCalls = FakeMaps(self)
+        self.moves: MoveCalls = FakeMoves(self)
+        self.moved: list[tuple[str, str]] = []
         self.nodes: RobotNodes = FakeNodes(self)
         self.planning: Planning = FakePlanning(self)
         self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)

@@ -4,12 +4,14 @@ from pathlib import Path
 
 from engine.control.master_calls.cloud import Cloud
 from engine.control.master_driver import MasterDriver
+from engine.control.robot_sessions import RobotSessions
 from engine.leadership.leadership import SoleMaster
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quotas
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.start_state import READY
+from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 
 
@@ -34,4 +36,4 @@ class MasterCloud(Cloud):
         self.master = Master(FirstFit(), quotas)
         driver = MasterDriver(self.master, CheckpointSelection(MemoryStore()), folder, "secret")
         self.lead = driver.servers[0].mandate = Lead()
-        super().__init__(driver, quotas, MemoryStore())
+        super().__init__(driver, quotas, MemoryStore(), RobotSessions(driver, MemoryStore(), MemoryMapStore()))

@@ -103,6 +103,42 @@ async def test_robots_on_a_map_with_traffic_take_part_unless_they_follow_paths_t
     assert robot is not None and robot.parameters == expected
 
 
+@pytest.fixture
+def upstairs(map_store: MemoryMapStore) -> str:
+    """Return the id of another map, on which robots take part in the traffic."""
+    records.put_map(map_store, records.house("house-2"))
+    map_store.change_map("house-2", traffic=True)
+    return "house-2"
+
+
+async def test_the_place_of_a_robot_that_was_brought_to_another_map_goes_on_there(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, upstairs: str
+) -> None:
+    await sessions.moved("ann", "tb1")
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    record = store.robot("ann", "tb1")
+    store.put_robot(
+        msgspec.structs.replace(record, map=upstairs, initial_pose=(1.0, 2.0, 0.5), model="turtlebot3_burger")
+    )
+    await sessions.moved("ann", "tb1")
+    request = service._master.places[place.key].request
+    assert request.robot is not None and is_open(service, place)
+    assert (request.map.id, request.robot.initial_pose) == (upstairs, (1.0, 2.0, 0.5))
+    assert (request.robot.parameters, request.robot.model) == ({"traffic": {}}, "turtlebot2"), (
+        "the rest when it returns"
+    )
+
+
+async def test_a_robot_that_returns_with_another_map_in_its_file_keeps_its_place(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, upstairs: str
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place.key, as_robot=True)
+    store.put_robot(msgspec.structs.replace(store.robot("ann", "tb1"), map=upstairs, initial_pose=(1.0, 2.0, 0.5)))
+    assert await sessions.join("ann", "tb1", as_robot=True) is place
+    assert service._master.places[place.key].request.map.id == upstairs
+
+
 async def test_a_second_robot_is_refused_until_the_first_has_left(sessions: RobotSessions) -> None:
     first = await sessions.join("ann", "tb1", as_robot=True)
     with pytest.raises(Conflict, match="connected already"):
@@ -170,7 +206,7 @@ async def test_robot_that_returns_keeps_its_place_on_the_new_version_of_its_map(
 
 
 def change_file(store: MemoryStore, map_store: MemoryMapStore) -> None:
-    store.put_robot(records.robot("tb1", user="ann", map="house", initial_pose=(3.0, 2.0, 0.0)))
+    store.put_robot(records.robot("tb1", user="ann", map="house", model="turtlebot3_burger"))
 
 
 def change_map(store: MemoryStore, map_store: MemoryMapStore) -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from engine.control.group_places import LONGEST_RETRY, RETRY, STEADY, TRAFFIC_LINGER, PeopleGroups, TrafficGroups
+from engine.control.group_places import LONGEST_RETRY, RETRY, STEADY, PeopleGroups
 from engine.control.master_driver import CloudListener, MasterDriver
+from engine.control.traffic_groups import TRAFFIC_LINGER, TrafficGroups
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.places import PlaceRequest
@@ -188,3 +189,32 @@ async def test_a_traffic_node_that_crashes_soon_after_each_start_is_restarted_ev
     assert [await crash_after(20.0) for _ in range(6)] == [RETRY * factor for factor in (1, 2, 4, 8, 12, 12)]
     assert LONGEST_RETRY == 12 * RETRY
     assert await crash_after(STEADY) == RETRY
+
+
+async def test_the_traffic_node_forgets_a_robot_that_goes_on_on_another_map(groups: Groups, tmp_path: Path) -> None:
+    machine = await FakeMachine.join(tmp_path)
+    await machine.welcome
+    place = groups.service.open_place(driving())
+    robot = await machine.boot(await machine.started())
+    await place.ready(10)
+    await groups.after(0.0)
+    node = await machine.boot(await machine.started())
+    await groups.traffic.places.place("ann", "house").ready(10)  # type: ignore[union-attr]
+    groups.service.move_place(driving(version=MapVersion("loft", "v1")))
+    assert await machine.stopped() == robot.spec.id
+    await groups.after(0.0)
+    there = await machine.boot(await machine.started())
+    assert there.spec.traffic and there.spec.map.id == "loft"
+    await machine.kill(robot, 0)
+    again = await machine.boot(await machine.started())
+    assert (again.spec.map.id, again.spec.session) == ("loft", robot.spec.session)
+    await place.ready(10)
+    await groups.after(0.0)
+    call = await node.next()
+    assert isinstance(call, robot_link.ServiceCall) and call.service == "traffic/let_go", "once, after it has left"
+    assert decode(RobotOfTraffic, call.payload) == RobotOfTraffic("tb1")
+    node.stream.write(robot_link.ServiceAnswer(call.call, encode(Empty())))
+    await groups.after(0.0)
+    for far in (node, there, again):
+        await far.stream.close()
+    await machine.leave()

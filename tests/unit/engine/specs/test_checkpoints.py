@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from engine.specs.checkpoints import CheckpointSelection, marks
-from engine.specs.containers import LINK_STATE, SESSION_STATE, ContainerSpec, MapVersion
+from engine.specs.containers import LINK_STATE, MOVED_STATE, SESSION_STATE, ContainerSpec, MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound
 from ppaas.people.settings import PeopleSettings
@@ -47,6 +47,47 @@ def test_a_replacement_continues_from_the_checkpoint(store: MemoryStore, checkpo
     assert checkpoints.with_checkpoint(replacing).checkpoint == STATE | marks(first(), "this")
     other = msgspec.structs.replace(robot_spec("c3"), session="c9")
     assert checkpoints.with_checkpoint(other).checkpoint == {}
+
+
+def on(spec: ContainerSpec, map_id: str, pose: tuple[float, float, float]) -> ContainerSpec:
+    """Return a spec for the same robot, brought to another map, or elsewhere."""
+    assert spec.robot is not None
+    robot = msgspec.structs.replace(spec.robot, initial_pose=pose, parameters={"traffic": {}})
+    return msgspec.structs.replace(spec, map=MapVersion(map_id, "v7"), robot=robot)
+
+
+def test_a_robot_that_has_moved_continues_without_what_belongs_to_the_map_before(
+    store: MemoryStore, checkpoints: CheckpointSelection
+) -> None:
+    keep(store, first(), "this", saved=0.0)
+    upstairs = on(msgspec.structs.replace(robot_spec("c2"), session="c1"), "house-2", (1.0, 2.0, 0.0))
+    given = checkpoints.with_checkpoint(upstairs).checkpoint
+    assert MOVED_STATE in given and given["amcl"] == b"{}" and given[LINK_STATE] == b"57"
+    assert checkpoints.with_checkpoint(msgspec.structs.replace(upstairs, id="c3")).checkpoint == given, (
+        "also if the first container there is lost before it kept a checkpoint"
+    )
+    back = msgspec.structs.replace(robot_spec("c4"), session="c1")
+    assert MOVED_STATE in checkpoints.with_checkpoint(back).checkpoint, "back before anything was kept there"
+    keep(store, on(first("c4"), "house-2", (1.0, 2.0, 0.0)), "this")
+    store.save_clone(CloneCheckpoint("ann", "tb1", STATE | marks(upstairs, "this"), NOW))
+    assert MOVED_STATE not in checkpoints.with_checkpoint(msgspec.structs.replace(upstairs, id="c5")).checkpoint
+
+
+def test_a_robot_that_has_moved_continues_soon_after_its_cloud_process_died(
+    store: MemoryStore, checkpoints: CheckpointSelection
+) -> None:
+    keep(store, first(), "that")
+    given = checkpoints.with_checkpoint(on(first(), "house-2", (1.0, 2.0, 0.0))).checkpoint
+    assert MOVED_STATE in given and given["amcl"] == b"{}"
+    keep(store, first(), "that")
+    put = on(first(), "house", (1.0, 2.0, 0.0))
+    assert MOVED_STATE in checkpoints.with_checkpoint(put).checkpoint, "put elsewhere on its map"
+    keep(store, first(), "that")
+    other = msgspec.structs.replace(first(), robot=robot_config("tb1", model="turtlebot3_burger"))
+    assert checkpoints.with_checkpoint(other).checkpoint == {}
+    making = msgspec.structs.replace(first(), map=MapVersion("new:y", ""), robot=robot_config("tb1", new_map="y"))
+    keep(store, msgspec.structs.replace(making, robot=robot_config("tb1", new_map="x")), "that")
+    assert checkpoints.with_checkpoint(making).checkpoint == {}
 
 
 def test_a_coordinator_always_continues_and_gets_the_stored_settings(
@@ -122,12 +163,12 @@ def test_a_checkpoint_that_is_too_old_or_of_the_future_is_removed(
 @pytest.mark.parametrize(
     "before",
     [
-        msgspec.structs.replace(first(), map=MapVersion("depot", "v1")),
-        msgspec.structs.replace(first(), robot=robot_config(initial_pose=(1.0, 0.0, 0.0))),
+        msgspec.structs.replace(first(), robot=robot_config(new_map="depot")),
+        msgspec.structs.replace(first(), robot=robot_config(model="turtlebot3_burger")),
     ],
     ids=["map", "robot"],
 )
-def test_a_checkpoint_of_another_map_or_configuration_is_removed(
+def test_a_checkpoint_of_a_map_that_was_made_or_of_another_configuration_is_removed(
     store: MemoryStore, checkpoints: CheckpointSelection, before: ContainerSpec
 ) -> None:
     keep(store, before, "that")

@@ -446,6 +446,17 @@ def test_the_log_of_a_node_moves_with_it_and_follows_its_changes(cloud: Cloud) -
     assert cloud.node.logs.nodes == ()
 
 
+def test_a_node_that_the_robot_ran_on_another_map_is_here_until_the_robot_takes_it(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver", "robot")
+    lease = cloud.hold("driver").lease
+    other = Cloud()
+    other.node.carry_over(cloud.node.checkpoint())
+    assert "driver" in other.hands.here
+    assert other.hold("driver", lease, state="{}").lease == 0, "its state is of the other map"
+    assert other.hold("driver").lease > lease
+
+
 def test_a_lost_robot_leaves_the_log_that_it_reported(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("locator", "robot")

@@ -13,6 +13,7 @@ from engine.control.master_calls.cloud import Cloud
 from engine.control.master_driver import MasterDriver
 from engine.control.planning import planning as module
 from engine.control.planning.planning import Planning, PoseUnpacker
+from engine.control.robot_sessions import RobotSessions
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
@@ -22,6 +23,7 @@ from engine.specs.start_state import KernelProgress, StartState
 from ppaas.errors import MalformedMessage, Queued, QuotaExceeded, Starting, Unavailable
 from ppaas.plans.encoding.codes import pack_poses, unpack_poses
 from ppaas.plans.path_service import PathRequest
+from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
@@ -140,7 +142,7 @@ async def service(tmp_path: Path, quotas: Quotas) -> AsyncIterator[MasterDriver]
 
 @pytest.fixture
 def planning_of_a_cloud(service: MasterDriver, quotas: Quotas) -> Iterator[Planning]:
-    made = Cloud(service, quotas, MemoryStore())
+    made = Cloud(service, quotas, MemoryStore(), RobotSessions(service, MemoryStore(), MemoryMapStore()))
     yield made.planning
     made.close()
 

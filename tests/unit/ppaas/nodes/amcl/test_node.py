@@ -25,7 +25,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.continuity import LONGEST_GAP
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.frames import FrameListener
-from ppaas.nodes.graph import Graph
+from ppaas.nodes.graph import Checkpoint, Graph
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.robot_model.known_models import robot_model
 from ppaas.transforms.planar import transform_message
@@ -491,3 +491,12 @@ def test_initial_pose_outside_the_map_is_refused_with_its_bounds():
     amcl = AmclUnderTest()
     with pytest.raises(InvalidInput, match=r"\(7, 1\) is outside the map, which covers 6 × 5 m from \(0, 0\)"):
         amcl.graph.inject("initialpose", initial_pose(Pose2D(7.0, 1.0)))
+
+
+def test_a_robot_that_was_brought_to_another_map_begins_at_its_initial_pose():
+    first = AmclUnderTest()
+    first.step()
+    second = AmclUnderTest(initial=START, now=103.0)
+    second.graph.restore([Checkpoint("amcl", b'{"pose":[90,90,1],"covariance":[],"odom":null}')], of_other_map=True)
+    second.step()
+    assert error_of(second.estimate(), second.world.pose)[0] < 0.1

@@ -332,6 +332,18 @@ def test_checkpoint_keeps_the_pause_the_order_that_was_given_up_and_the_ids():
     assert other.goal_id.startswith("follow_person/2-")
 
 
+def test_on_another_map_the_counter_alone_is_kept():
+    alone = following(cancel_pause=10.0)
+    alone.graph.inject("move_base/cancel", GoalID())
+    other = Alone()
+    other.node.carry_over(alone.node.checkpoint())
+    other.place()
+    other.report()
+    other.wait(1.0)
+    assert other.status.state != PAUSED
+    assert other.goal_id.startswith("follow_person/2-")
+
+
 def test_places_are_those_of_a_map_that_replaces_another():
     alone = following()
     alone.node.use_layers(build_layers(walled_map(12, 6, [(4.2, 2.0, 5.4, 4.0)])))

@@ -227,6 +227,20 @@ def test_restored_goal_is_reached_once_and_ids_stay_unique(driving):
     assert again.results[0].status.goal_id.id.startswith("move_base-2-")
 
 
+def test_the_goal_of_another_map_ends_where_the_robot_was_brought(driving):
+    driving.graph.inject("speed_limit", SpeedLimit(20.0, percentage=True))
+    driving.send_goal(GOAL)
+    again = ClosedLoop(driving.world)
+    again.graph.restore(driving.graph.checkpoints(), of_other_map=True)
+    again.run(1.0)
+    assert not any(command.linear.x or command.angular.z for command in again.commands)
+    [result] = again.results
+    assert (result.status.status, "another map" in result.status.text) == (Status.PREEMPTED, True)
+    again.send_goal(GOAL)
+    again.run(3.0)
+    assert max(command.linear.x for command in again.commands) > 0.4, "the limit was of the other map"
+
+
 def test_idle_robot_runs_no_control_cycle(driving):
     """Without a goal, only the timer of the status runs."""
     ticks = []

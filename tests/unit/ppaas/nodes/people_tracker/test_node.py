@@ -338,6 +338,18 @@ def test_tracker_goes_on_from_a_checkpoint_in_the_other_home():
     assert other.report.views == [VIEW]
 
 
+def test_people_of_another_map_are_forgotten():
+    robot, other = Robot(), Robot()
+    for _ in range(3):
+        robot.stand()
+        robot.detect((2.0, 0.0))
+        robot.pass_time()
+    other.graph.restore(robot.graph.checkpoints(), of_other_map=True)
+    other.stand()
+    other.pass_time()
+    assert robot.report.people and not other.report.people
+
+
 def test_robot_without_odometry_takes_part_by_its_pose_on_the_map():
     robot = Robot()
     for _ in range(4):

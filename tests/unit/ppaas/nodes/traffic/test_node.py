@@ -101,6 +101,16 @@ def test_an_operator_takes_a_robot_out_and_puts_it_back() -> None:
     assert isinstance(hall.call("traffic/take_out", RobotOfTraffic("tb9")), NotFound)
 
 
+def test_a_robot_that_has_left_the_map_holds_nothing_and_may_return() -> None:
+    hall = Hall()
+    hall.run(2.0)
+    assert hall.call("traffic/let_go", RobotOfTraffic("tb2")) == Empty()
+    assert [each.robot for each in hall.call("traffic/get_traffic", Empty()).robots] == ["tb1"]  # type: ignore[union-attr]
+    assert hall.call("traffic/let_go", RobotOfTraffic("tb2")) == Empty(), "also if nobody knows it"
+    hall.run(2.0)
+    assert [each.robot for each in hall.states[-1].robots] == ["tb1", "tb2"]
+
+
 def test_a_report_that_is_not_valid_is_refused() -> None:
     hall = Hall()
     with pytest.raises(InvalidInput, match="tb1"):

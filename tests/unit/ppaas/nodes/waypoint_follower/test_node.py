@@ -322,6 +322,17 @@ def test_checkpoint_without_a_list_keeps_the_goal_counter():
     assert second.goals[0].startswith("waypoint_follower-2-")
 
 
+def test_a_list_on_another_map_ends_where_the_robot_was_brought():
+    first = tour(waypoint_pause_duration=1000)
+    first.send([A, B], number_of_loops=1)
+    second = Tour(ClosedLoop(first.driving.world, start=first.driving.clock() + 0.5, **PAUSING))
+    second.driving.graph.restore(first.driving.graph.checkpoints(), of_other_map=True)
+    assert second.outcome[0] == Status.PREEMPTED and "another map" in second.outcome[2]
+    second.run(5.0)
+    assert not second.goals
+    assert {result.status.status for result in second.driving.results} <= {Status.PREEMPTED}
+
+
 FIRST, SECOND = Pose2D(1.0, 1.0, 0.0), Pose2D(9.0, 1.0, 0.0)
 
 

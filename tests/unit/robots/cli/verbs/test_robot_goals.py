@@ -1,4 +1,4 @@
-"""Tests of ``ppaas robot go``, ``state`` and ``stop``."""
+"""Tests of ``ppaas robot go``, ``state``, ``stop`` and ``move``."""
 
 import asyncio
 import json
@@ -98,3 +98,13 @@ async def test_waiting_ends_with_the_goal(ppaas: CommandLine, status: int, text:
 async def test_a_robot_that_is_not_connected_takes_no_goal(ppaas: CommandLine) -> None:
     ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
     assert "robot 'tb1' is not connected" in (await ppaas("robot", "go", "tb1", "4", "1")).err
+
+
+async def test_a_robot_is_moved_to_another_map(ppaas: CommandLine) -> None:
+    store = ppaas.services.store
+    store.put_robot(records.robot("tb1", user="ann", map="house"))
+    records.put_map(ppaas.services.map_store, records.house("house-2"))
+    ended = await ppaas("robot", "move", "tb1", "--map", "house-2", "--at", "-4", "2", "0.5", "--json")
+    shown = json.loads(ended.out)
+    assert (shown["map"], shown["initial_pose"]) == ("house-2", [-4.0, 2.0, 0.5])
+    assert store.robot("ann", "tb1").initial_pose == (-4.0, 2.0, 0.5)

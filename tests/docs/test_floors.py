@@ -1,0 +1,27 @@
+"""Commands of floors.md are run as they stand."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from ppaas.maps.formats.map_files import load_map
+from robots.client.robot_file import load_robot_file
+from tests.support.cloud.cloud import RunningCloud, publish_map
+from tests.support.documents import blocks, run_shell
+
+PAGE = "docs/floors.md"
+
+
+@pytest.mark.journey
+async def test_a_robot_is_moved_by_the_command_of_the_page(cloud: RunningCloud, tmp_path: Path) -> None:
+    rest = await cloud.admin()
+    office = load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
+    for name in ("office", "office-2"):
+        await publish_map(rest, name, office)
+    await rest.put_robot("tb1", load_robot_file(Path("docs/examples/tb1.json")))
+    command = blocks(PAGE, "sh")[0]
+    printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{command}", tmp_path, cloud)
+    assert "office-2" in printed
+    robot = await rest.get("/v1/robots/tb1")
+    assert (robot["map"], robot["initial_pose"]) == ("office-2", [2.0, 2.0, 0.0])
