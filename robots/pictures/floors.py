@@ -12,7 +12,7 @@ from robots.pictures.map_pictures import draw_zones
 from robots.pictures.path import FAINT, INK, PAPER, check_picture
 
 _GAP, _HEAD = 24, 40
-_MOST, _LEAST = 900, 400
+_MOST, _LEAST = 900, 600
 """Longest side of a floor [pixels], and that to which a small one is enlarged."""
 
 

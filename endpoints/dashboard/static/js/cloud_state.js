@@ -7,6 +7,7 @@ export class CloudState {
   /** @type {{id: string, role: string} | null} the user */ me = null;
   /** Radii of models [m]. @type {Map<string, number>} */ radii = new Map();
   /** @type {object[]} */ maps = [];
+  /** @type {object[]} buildings that the user may read */ buildings = [];
   /** @type {object[]} the user's robots, and those that are shared with the user */ robots = [];
   /** @type {object[]} all that the user may see */ containers = [];
   /** @type {object[]} containers of these robots */ own = [];
@@ -35,11 +36,11 @@ export class CloudState {
   async read(rest) {
     if (!this.me) await this.#introduce(rest);
     const ofCloud = ["v1/machines", "v1/endpoints"].map((path) => (this.isAdmin ? rest.list(path) : null));
-    const asked = ["v1/maps", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => rest.list(path));
-    const [machines, endpoints, listed, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
+    const asked = ["v1/maps", "v1/buildings", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => rest.list(path));
+    const [machines, endpoints, listed, buildings, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
     const robots = withShared(mine, shared, this.me.id);
     const maps = await mapsOf(rest, listed, robots);
-    Object.assign(this, { machines, endpoints, maps, robots, containers, own: containersOf(containers, robots, this.me.id) });
+    Object.assign(this, { machines, endpoints, maps, buildings, robots, containers, own: containersOf(containers, robots, this.me.id) });
     this.at = new Date();
   }
 
