@@ -94,6 +94,8 @@ BODIES: dict[str, Any] = {
     "put_building": {"floors": [{"name": "L1", "map": "house"}]},
     "check_building": {"floors": [{"name": "L1", "map": "house"}]},
     "change_building": {"readers": ["bob"]},
+    "plan_in_building": {"start": {"floor": "L1", "x": 1, "y": 1}, "goal": {"floor": "L1", "x": 2, "y": 1}},
+    "compute_building_costs": {"starts": [{"floor": "L1", "x": 1, "y": 1}], "goals": []},
     "create_webhook": {"url": "https://example.org", "events": ["*"]},
     "change_webhook": {"state": "paused"},
     "expire_data": {"dry_run": True},
