@@ -1,0 +1,1 @@
+"""Bench of buildings: floors, lifts, doors, docks and chargers."""
