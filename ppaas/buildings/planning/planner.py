@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.planning.doors import with_doors_shut
-from ppaas.buildings.planning.network import Network
+from ppaas.buildings.planning.network import Chain, Network
 from ppaas.buildings.planning.routes import DIRECT, Goal, Route, Start, alternatives
 from ppaas.buildings.planning.times import BuildingState, Matrix, Times, Traveller
 from ppaas.costmap.costmap import Costmap
@@ -27,23 +27,45 @@ _SAME = 1e-6
 _NO_CELLS = np.empty((0, 2), np.int32)
 
 
-@dataclass(frozen=True, slots=True)
-class BuildingPath:
-    """Route with the paths at both ends.
+class BuildingPath(NamedTuple):
+    """Best route, with the paths at both ends.
 
     Parameters
     ----------
-    route : Route
-    goal : Goal
+    seconds : float
+        Time from start to goal [s].
+    chain : Chain
+        Junctions on the way, and the lifts and ways that are taken.
     first, last : (n, 2) int32 array
         Cells of the path from the start to the first junction, and from the last one to the goal; ``last`` is empty if
         the robot drives directly.
+    floors : (int, int)
+        Floors of start and goal.
+    speed : float
+        Speed of the robot [m/s].
+    metres : (array, array, float)
+        Lengths from the start, and from the goal, to the junctions of their floors, and between both [m]: exact where
+        the route leads, and elsewhere lower bounds.
     """
 
-    route: Route
-    goal: Goal
+    seconds: float
+    chain: Chain
     first: Cells
     last: Cells
+    floors: tuple[int, int]
+    speed: float
+    metres: tuple[Matrix, Matrix, float]
+
+    @property
+    def route(self) -> Route:
+        """The route, of which ``legs_of`` makes legs."""
+        start = Start(self.floors[0], self.metres[0] / self.speed, self.metres[2] / self.speed)
+        return Route(self.seconds, start, self.chain)
+
+    @property
+    def goal(self) -> Goal:
+        """The goal, with its times."""
+        return Goal(self.floors[1], self.metres[1] / self.speed)
 
 
 class FloorPaths:
@@ -197,13 +219,13 @@ class BuildingPlanner:
             row, column = divmod(at, total.shape[1])
             if leaving.measure(row) + entering.measure(column) <= _SAME:
                 chain = times.chain(self.network.parts[here].start + row, self.network.parts[there].start + column)
-                route = Route(least / speed, Start(here, leaving.metres / speed, direct / speed), chain)
-                first, last = leaving.paths[row], entering.paths[column]
-                return BuildingPath(route, Goal(there, entering.metres / speed), _of(first), _of(last)[::-1])
+                metres = leaving.metres, entering.metres, direct
+                first, last = _of(leaving.paths[row]), _of(entering.paths[column])[::-1]
+                return BuildingPath(least / speed, chain, first, last, (here, there), speed, metres)
         if direct == math.inf:
             return None
-        route = Route(direct / speed, Start(here, leaving.metres / speed, direct / speed), DIRECT)
-        return BuildingPath(route, Goal(there, entering.metres / speed), cells, _NO_CELLS)
+        metres = leaving.metres, entering.metres, direct
+        return BuildingPath(direct / speed, DIRECT, cells, _NO_CELLS, (here, there), speed, metres)
 
     def alternatives(self, times: Times, start: Spot, goal: Spot, count: int) -> tuple[list[Route], Goal]:
         """Return up to ``count`` routes by other lifts and ways, the best first, and the goal with its times.
