@@ -16,7 +16,7 @@ _GAP, _HEAD, _DOT = 24, 40, 5
 _ROUTE = (222, 31, 113)
 """Colour of paths, which is not the one of lanes."""
 
-_MOST, _LEAST = 900, 400
+_MOST, _LEAST = 900, 600
 """Longest side of a floor [pixels], and that to which a small one is enlarged."""
 
 

@@ -159,7 +159,7 @@ def _record(source: _Source, level: str, building_id: str, others: list[Floor]) 
 
 def _anchor(similarity: Similarity) -> Anchor:
     x, y = similarity.shift
-    return round(x, 6), round(y, 6), round(similarity.rotation, 9)
+    return round(x, 6) + 0.0, round(y, 6) + 0.0, round(similarity.rotation, 9) + 0.0  # no -0
 
 
 def _floor(source: _Source, level: str, whole: ImportReport) -> ImportedMap | None:

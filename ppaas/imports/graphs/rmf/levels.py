@@ -156,21 +156,11 @@ def similarity_of(building: RmfBuilding, level: str, report: ImportReport, optio
     part = f"levels.{level}.fiducials"
     if scale is not None and len(common) > 1:
         found = _fitted([theirs[name] for name in common], [ours[name] for name in common], scale)
-        errors = [
-            math.dist(found.place(*ours[name]), (scale * theirs[name][0], scale * theirs[name][1])) for name in common
-        ]
-        worst = common[errors.index(max(errors))]
-        if max(errors) > AGREE:
-            report.refused(
-                f"{part} {worst}",
-                f"fiducials of {level} and {building.reference} do not agree: this one is {max(errors):.2f} m from "
-                f"where the fit of all {len(common)} puts it; move it in one of the drawings",
-            )
-        report.translated(
-            part,
-            f"scale {found.scale:.6g} m and rotation {math.degrees(found.rotation):.2f}° by {len(common)} fiducials in "
-            f"common with {building.reference}, which are {max(errors):.3f} m apart at most",
-        )
+        errors = {
+            name: math.dist(found.place(*ours[name]), (scale * theirs[name][0], scale * theirs[name][1]))
+            for name in common
+        }
+        _report_fit(found, errors, (level, building.reference), report)
         return found
     source = "by the floor's own measurements" if own else f"as on {building.reference}" if scale else UNMEASURED
     own = own or scale or EDITOR_SCALE
@@ -184,6 +174,23 @@ def similarity_of(building: RmfBuilding, level: str, report: ImportReport, optio
         f"{source}, and the rotation is taken as 0; Open-RMF would stay in pixels",
     )
     return Similarity(own, 0.0, shift)
+
+
+def _report_fit(found: Similarity, errors: Mapping[str, float], levels: tuple[str, str], report: ImportReport) -> None:
+    """Report a fit of the fiducials of two floors, with the distances that are left, by name."""
+    level, reference = levels
+    part, worst = f"levels.{level}.fiducials", max(errors, key=lambda name: errors[name])
+    if errors[worst] > AGREE:
+        report.refused(
+            f"{part} {worst}",
+            f"fiducials of {level} and {reference} do not agree: this one is {errors[worst]:.2f} m from where the fit "
+            f"of all {len(errors)} puts it; move it in one of the drawings",
+        )
+    report.translated(
+        part,
+        f"scale {found.scale:.6g} m and rotation {math.degrees(found.rotation):.2f}° by {len(errors)} fiducials in "
+        f"common with {reference}, which are {errors[worst]:.3f} m apart at most",
+    )
 
 
 def _measured(level: Mapping[str, Any]) -> float | None:
