@@ -211,6 +211,17 @@ class RestClient:
         """Remove a building with all its versions; its maps stay."""
         await self._request("DELETE", path_of("buildings", building_id), headers=_if_match(if_match))
 
+    async def plan_in_building(
+        self, building_id: str, start: Mapping[str, Any], goal: Mapping[str, Any], **options: Any
+    ) -> dict[str, Any]:
+        """Request a route over the floors of a building; ``options`` are other members, such as ``alternatives``.
+
+        Start and goal have ``floor``, ``x``, ``y`` [m] and, optionally, ``yaw`` [rad] in the frame of its map.
+        """
+        body = {"start": dict(start), "goal": dict(goal), **options}
+        answer: dict[str, Any] = await self.post(path_of("buildings", building_id, "plans"), body)
+        return answer
+
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
         """Register a robot, or replace its robot file."""
         await self._request("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))

@@ -30,11 +30,13 @@ from endpoints.webhooks.targets import TargetRules
 from engine.control import robot_navigation
 from engine.control.fleet_events import FleetEvents
 from engine.rights.roles import Role, check_may_publish
+from ppaas.buildings.building import Building, Floor
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS
 from ppaas.tasks.records import Task
+from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
@@ -95,6 +97,8 @@ BODIES: dict[str, Any] = {
     "put_building": {"floors": [{"name": "L1", "map": "house"}]},
     "check_building": {"floors": [{"name": "L1", "map": "house"}]},
     "change_building": {"readers": ["bob"]},
+    "plan_in_building": {"start": {"floor": "L1", "x": 1, "y": 1}, "goal": {"floor": "L1", "x": 2, "y": 1}},
+    "compute_building_costs": {"starts": [{"floor": "L1", "x": 1, "y": 1}], "goals": []},
     "create_webhook": {"url": "https://example.org", "events": ["*"]},
     "change_webhook": {"state": "paused"},
     "expire_data": {"dry_run": True},
@@ -150,6 +154,17 @@ def app() -> FastAPI:
 OPERATIONS = [Operation(described["operationId"], method, path) for path, method, described in operations()]
 
 
+def building_of_the_house() -> BuildingRecord:
+    """Return a building of ann with one floor, which carl may read."""
+    made = Building(floors=(Floor(name="L1", map="house"),))
+    return BuildingRecord(
+        user="ann",
+        id="hq",
+        present=BuildingVersion(number=1, building=made, author="ann", created=1.0),
+        readers=("carl",),
+    )
+
+
 async def seeded(passwords: Passwords) -> Seeded:
     store, cloud = MemoryStore(), FakeCloud()
     kept = kept_recordings(cloud, "ann", "tb1")
@@ -169,7 +184,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_robot(records.robot("tb1", user="ann", shares=(Share("dora", "look"),)))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
-    store.put_building(records.building(readers=("carl",)))
+    store.put_building(building_of_the_house())
     store.put_webhook(HOOK)
     store.put_delivery(DEAD)
     cloud.running = [container()]

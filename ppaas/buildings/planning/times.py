@@ -134,7 +134,7 @@ class Times:
         if found is None:
             out, into = self.on_floor(floor)[:, self._local[floor]], self.on_floor(other)[self._local[other]]
             over = self._portals[np.ix_(self._slots[floor], self._slots[other])]
-            found = _joined(_joined(out, over), into)
+            found = least_sums(least_sums(out, over), into)
             if floor == other:
                 found = np.minimum(found, self.on_floor(floor))
             self._between[floor, other] = found
@@ -272,12 +272,12 @@ def _closure(moves: Matrix) -> Matrix:
     return times
 
 
-def _joined(one: Matrix, other: Matrix) -> Matrix:
+def least_sums(one: Matrix, other: Matrix) -> Matrix:
     """Return the (n, m) least sums over what is between, given (n, k) and (k, m) times."""
-    if not one.shape[1]:
-        return np.full((len(one), other.shape[1]), math.inf)
-    joined: Matrix = (one[:, :, None] + other).min(axis=1)
-    return joined
+    sums = np.full((len(one), other.shape[1]), math.inf)
+    for middle, times in enumerate(other):
+        np.minimum(sums, one[:, middle, None] + times, out=sums)
+    return sums
 
 
 def _least(sums: Matrix) -> Matrix:

@@ -3,20 +3,18 @@
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
-from robots.cli.buildings import building_import
+from robots.cli.buildings import building_import, building_plan
+from robots.cli.buildings.building_plan import draw_floors
 from robots.cli.map_files.publication import NOBODY
 from robots.cli.output import print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.client.cloud_url import path_of
-
-if TYPE_CHECKING:
-    from robots.client.rest import RestClient
 
 NAME = "building"
 HELP = "put, list, check, share, lay out, import and remove buildings of several floors"
@@ -61,6 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     each["layout"].add_argument("--picture", type=Path, metavar="FILE.png", help="draw all floors side by side")
     for verb in (listing, *each.values()):
         add_session_arguments(verb)
+    building_plan.configure(verbs)
     building_import.configure(verbs)
 
 
@@ -117,7 +116,7 @@ async def _layout(arguments: argparse.Namespace) -> None:
     client = logged_in(arguments)
     found = await client.get(path_of(ROOT, arguments.id, "layout"))
     if arguments.picture is not None:
-        await _draw(client, arguments.picture, found["floors"])
+        await draw_floors(client, arguments.picture, found["floors"])
     if arguments.json:
         show(found, PLACES, as_json=True)
         return
@@ -146,20 +145,6 @@ def _row(kind: str, name: str, floor: str, place: list[float], detail: str | Non
     return {"kind": kind, "name": name, "floor": floor, "place": [round(each, 2) for each in place], "detail": detail}
 
 
-async def _draw(client: "RestClient", picture: Path, floors: list[dict[str, Any]]) -> None:
-    # Pictures and maps need more than the base install.
-    from ppaas.maps.formats.map_files import load_map  # noqa: PLC0415
-    from robots.cli.verbs.map_zones import geojson_of  # noqa: PLC0415
-    from robots.pictures.floors import FloorPicture, write_floors  # noqa: PLC0415
-
-    drawn = []
-    for floor in floors:
-        path = path_of("maps", floor["map"])
-        grid = load_map(await client.fetch(f"{path}/yaml"), await client.fetch(f"{path}/image"))
-        drawn.append(FloorPicture(floor["name"], grid, await geojson_of(client, f"{path}/zones")))
-    write_floors(picture, drawn)
-
-
 def _read(file: Path) -> bytes:
     try:
         return file.read_bytes()
@@ -176,5 +161,6 @@ _VERBS = {
     "share": _share,
     "layout": _layout,
     "remove": _remove,
+    "plan": building_plan.plan_over_floors,
     "import": building_import.import_building_file,
 }

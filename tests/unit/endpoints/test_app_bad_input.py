@@ -239,6 +239,8 @@ BODIES: dict[str, object] = {
     "/v1/buildings/hq": {"floors": [{"name": "L1", "map": "house"}]},
     "PATCH /v1/buildings/hq": {"readers": ["bob"]},
     "/v1/buildings/hq/check": {"floors": [{"name": "L1", "map": "house"}]},
+    "/v1/buildings/hq/plans": {"start": {"floor": "L1", "x": 0, "y": 0}, "goal": {"floor": "L1", "x": 1, "y": 1}},
+    "/v1/buildings/hq/costs": {"starts": [{"floor": "L1", "x": 0, "y": 0}], "goals": []},
     "/v1/webhooks": {"url": "https://example.org", "events": ["*"]},
     "/v1/webhooks/w1": {"state": "paused"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
