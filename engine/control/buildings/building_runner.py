@@ -211,8 +211,10 @@ class BuildingRunner:
         """Lead the devices until cancelled; sessions that nobody needs are ended then, others by their lifts."""
         try:
             async with asyncio.TaskGroup() as group:
-                for device in (*self._lift_devices.values(), *self._door_devices.values()):
-                    group.create_task(device.run())
+                for lift in self._lift_devices.values():
+                    group.create_task(lift.run())
+                for door in self._door_devices.values():
+                    group.create_task(door.run())
                 group.create_task(self._obey())
                 group.create_task(self._tick())
         finally:
