@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchmarks.building.lifts import least_wait
-from benchmarks.building.lifts_hotel import FirstCome, Hotel, Shared, simulate
+from benchmarks.lifts.command import least_wait
+from benchmarks.lifts.hotel import FirstCome, Hotel, Shared, simulate
 
 BUSY = Hotel(robots=10, lifts=1, capacity=3, seconds=600.0)
 

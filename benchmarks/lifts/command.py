@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
     from rich.progress import Progress
 
-    from benchmarks.building.lifts_hotel import Hotel, LiftsResult
     from benchmarks.harness.figures import Figure
+    from benchmarks.lifts.hotel import Hotel, LiftsResult
 
 HELP = "robots that share the lifts of a hotel: goals beside first-come-first-served, waits beside a bound"
 
@@ -36,8 +36,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures."""
-    from benchmarks.building.lifts_hotel import FirstCome, Hotel, Shared, simulate  # noqa: PLC0415 - loaded for --help
     from benchmarks.harness.figures import measured  # noqa: PLC0415
+    from benchmarks.lifts.hotel import FirstCome, Hotel, Shared, simulate  # noqa: PLC0415 - loaded for --help
 
     seconds = QUICK_SECONDS if arguments.quick else 60.0 * arguments.minutes
     hotel = Hotel(arguments.robots, arguments.floors, arguments.lifts, arguments.capacity, seconds)
@@ -94,7 +94,7 @@ def least_wait(hotel: "Hotel", drive: float) -> float:
     drive : float
         Mean time of a drive between two rides [s].
     """
-    from benchmarks.building.lifts_hotel import PASSAGE, STOREY  # noqa: PLC0415
+    from benchmarks.lifts.hotel import PASSAGE, STOREY  # noqa: PLC0415
     from ppaas.buildings.lifts.simulated import LiftModel  # noqa: PLC0415
 
     model = LiftModel()
