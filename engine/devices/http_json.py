@@ -6,7 +6,7 @@
 import asyncio
 import ssl
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 from urllib.parse import urlunsplit
 
 import httpcore
@@ -14,11 +14,11 @@ import msgspec
 
 from engine.devices.base import DeviceDriver, DeviceUrl, DoorDevice, LiftDevice
 from engine.devices.hosts import DeviceHosts
+from engine.devices.json_states import door_order, door_state_of, lift_order, lift_state_of
 from ppaas.buildings.building import DoorSettings, LiftSettings
-from ppaas.buildings.doors.states import DoorMode, DoorRequest, DoorState
-from ppaas.buildings.lifts.states import DoorPosition, EndSession, LiftMode, LiftRequest, LiftState, Motion
-from ppaas.decoding import from_json
-from ppaas.errors import Unavailable
+from ppaas.buildings.doors.states import DoorRequest, DoorState
+from ppaas.buildings.lifts.states import EndSession, LiftRequest, LiftState
+from ppaas.errors import MalformedMessage, Unavailable
 
 TIMEOUT = 3.0
 """Time limit of a request, from the resolution of the name to the end of the answer [s]."""
@@ -28,25 +28,6 @@ POLL = 0.5
 
 LARGEST = 64 << 10
 """Largest answer that is read [bytes]."""
-
-S = TypeVar("S", bound=msgspec.Struct)
-
-
-class _LiftAnswer(msgspec.Struct):
-    """State of a lift, as a server returns it."""
-
-    floor: str
-    door: DoorPosition
-    motion: Motion = "stopped"
-    mode: LiftMode = "agv"
-    session: str = ""
-    floors: tuple[str, ...] = ()
-
-
-class _DoorAnswer(msgspec.Struct):
-    """State of a door, as a server returns it."""
-
-    mode: DoorMode
 
 
 class HttpDriver(DeviceDriver):
@@ -90,7 +71,7 @@ class _Server:
 
     def __init__(self, url: DeviceUrl, hosts: DeviceHosts) -> None:
         url.check_options("poll")
-        self.poll = url.number("poll", POLL, 0.1, 2.0)
+        self._poll = url.number("poll", POLL, 0.1, 2.0)
         host = f"[{url.host}]" if ":" in url.host else url.host
         netloc = host if url.port is None else f"{host}:{url.port}"
         self._url = urlunsplit((url.scheme, netloc, url.path or "/", "", ""))
@@ -98,21 +79,20 @@ class _Server:
             ssl_context=ssl.create_default_context(), max_connections=2, network_backend=_ListedNetwork(hosts)
         )
 
-    async def state(self, kind: type[S]) -> S:
-        """Return the state; raise ``Unavailable`` if there is none."""
-        body = await self._exchange("GET", None)
+    async def poll_states(self, take: Callable[[bytes], None]) -> None:
+        """Hand over the state again and again; raise ``Unavailable`` when there is none."""
         try:
-            return from_json(body, kind)
-        except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-            raise Unavailable(f"{self._url} returned no state: {error!s:.200}") from error
+            while True:
+                take(await self._exchange("GET", None))
+                await asyncio.sleep(self._poll)
+        except MalformedMessage as error:
+            raise Unavailable(f"{self._url} returned no state: {error}") from error
+        finally:
+            await self._pool.aclose()
 
     async def post(self, order: Mapping[str, Any]) -> None:
         """Send an order."""
         await self._exchange("POST", msgspec.json.encode(order))
-
-    async def close(self) -> None:
-        """Close the connections."""
-        await self._pool.aclose()
 
     async def _exchange(self, method: str, content: bytes | None) -> bytes:
         headers = [("Content-Type", "application/json")] if content is not None else []
@@ -140,23 +120,10 @@ class _HttpLift(LiftDevice):
         self._url, self._lift, self._server = url, lift, server
 
     async def run(self, report: Callable[[LiftState], None]) -> None:
-        try:
-            while True:
-                found = await self._server.state(_LiftAnswer)
-                values = msgspec.structs.asdict(found)
-                values["floor"] = self._url.ours(found.floor)
-                values["floors"] = tuple(self._url.ours(floor) for floor in found.floors)
-                report(LiftState(lift=self._lift, **values))
-                await asyncio.sleep(self._server.poll)
-        finally:
-            await self._server.close()
+        await self._server.poll_states(lambda body: report(lift_state_of(body, self._lift, self._url)))
 
     async def send(self, order: LiftRequest | EndSession) -> None:
-        if isinstance(order, EndSession):
-            await self._server.post({"session": order.session, "end": True})
-        else:
-            floor = self._url.theirs(order.floor)
-            await self._server.post({"session": order.session, "floor": floor, "door": order.door})
+        await self._server.post(lift_order(order, self._url))
 
 
 class _HttpDoor(DoorDevice):
@@ -164,13 +131,7 @@ class _HttpDoor(DoorDevice):
         self._settings, self._server = settings, server
 
     async def run(self, report: Callable[[DoorState], None]) -> None:
-        try:
-            while True:
-                found = await self._server.state(_DoorAnswer)
-                report(DoorState(floor=self._settings.floor, door=self._settings.door, mode=found.mode))
-                await asyncio.sleep(self._server.poll)
-        finally:
-            await self._server.close()
+        await self._server.poll_states(lambda body: report(door_state_of(body, self._settings)))
 
     async def send(self, order: DoorRequest) -> None:
-        await self._server.post({"session": order.session, "mode": order.mode})
+        await self._server.post(door_order(order))

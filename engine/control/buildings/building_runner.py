@@ -23,10 +23,10 @@ from ppaas.buildings.lifts.states import (
     LiftAlert,
     LiftOrder,
     LiftRequest,
+    LiftRide,
     LiftState,
     Refuse,
     RemoveRide,
-    Ride,
     StoreRide,
     Wait,
 )
@@ -88,7 +88,7 @@ class BuildingRunner:
     hooks : BuildingHooks
     hosts : DeviceHosts
         Hosts that devices may have.
-    rides : iterable of Ride
+    rides : iterable of LiftRide
         Stored rides.
     """
 
@@ -99,7 +99,7 @@ class BuildingRunner:
         hooks: BuildingHooks,
         hosts: DeviceHosts,
         *,
-        rides: Iterable[Ride] = (),
+        rides: Iterable[LiftRide] = (),
         clock: Clock | None = None,
     ) -> None:
         self._hooks = hooks
@@ -211,8 +211,10 @@ class BuildingRunner:
         """Lead the devices until cancelled; sessions that nobody needs are ended then, others by their lifts."""
         try:
             async with asyncio.TaskGroup() as group:
-                for device in (*self._lift_devices.values(), *self._door_devices.values()):
-                    group.create_task(device.run())
+                for lift in self._lift_devices.values():
+                    group.create_task(lift.run())
+                for door in self._door_devices.values():
+                    group.create_task(door.run())
                 group.create_task(self._obey())
                 group.create_task(self._tick())
         finally:

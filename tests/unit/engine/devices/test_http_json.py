@@ -1,6 +1,3 @@
-import asyncio
-import contextlib
-
 import pytest
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
@@ -11,22 +8,11 @@ from ppaas.buildings.doors.states import DoorRequest
 from ppaas.buildings.lifts.states import EndSession, LiftRequest
 from ppaas.errors import InvalidInput, NotPermitted, Unavailable
 from tests.support.buildings import LEVELS, LiftServer
+from tests.support.device_states import running
 from tests.support.endpoints.serving import serve
 from tests.support.waiting import until
 
 LOCAL = DeviceHosts(["127.0.0.1"])
-
-
-@contextlib.asynccontextmanager
-async def running(device):
-    """Collect the states that a device reports."""
-    states = []
-    task = asyncio.create_task(device.run(states.append))
-    try:
-        yield states
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
 
 
 def lift_at(port, hosts=LOCAL, query="?floors=L1:1,L2:2,L3:3&poll=0.1"):
@@ -99,7 +85,7 @@ async def test_a_host_that_is_not_listed_is_not_connected_to():
     server = LiftServer()
     async with serve(server) as port:
         for hosts in (DeviceHosts(), DeviceHosts(["127.0.0.1:1"]), DeviceHosts(["10.0.0.0/8"])):
-            with pytest.raises(NotPermitted, match="has not listed 127.0.0.1"):
+            with pytest.raises(NotPermitted, match="has not listed"):
                 await lift_at(port, hosts).send(EndSession("A", "s"))
     assert server.orders == []
 
