@@ -13,7 +13,7 @@ from engine.control.tasks import group, runner
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
-from ppaas.tasks import assignment, dispatcher, options, records
+from ppaas.tasks import assignment, dispatcher, options, reach, records
 from robots.client.cloud_url import path_of
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
@@ -40,7 +40,7 @@ def test_numbers_are_those_of_the_code() -> None:
         f"You may have {tasks.MOST_OPEN} tasks",
         f"kept for {group.KEPT_FOR / 86400:g} days, at most the last {group.MOST_ENDED}",
         f"does not answer within {runner.TIMEOUT:g} s",
-        f"by a speed of {assignment.SPEED:g} m/s",
+        f"by a speed of {reach.SPEED:g} m/s",
         f"worth {assignment.PRIORITY:g} s of driving. A task that has waited for {assignment.PRIORITY:g} s",
         f"in the {assignment.URGENT:g} s before its deadline",
         f"saves {assignment.MARGIN:g} s of driving",
