@@ -62,6 +62,9 @@ class Battery:
 WINDOW = 300.0
 """Time over which a loss of charge is measured [s]."""
 
+SHORT_WINDOW, CLEAR = 30.0, 0.06
+"""Least time of a window [s] that ends earlier, since the charge has changed so much: batteries of small robots."""
+
 SAMPLES = 5
 """Number of reports whose median counts: two of them may be wrong."""
 
@@ -125,7 +128,7 @@ class BatteryModel:
         known = median(self._recent)
         if self._since is None:
             self._since = now, metres, known
-        elif now - self._since[0] >= WINDOW:
+        elif now - self._since[0] >= (WINDOW if abs(known - self._since[2]) < CLEAR else SHORT_WINDOW):
             self._learn(now - self._since[0], metres - self._since[1], self._since[2] - known)
             self._since = now, metres, known
 

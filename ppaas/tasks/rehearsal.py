@@ -116,6 +116,8 @@ class Rehearsal:
         Time after which a hold is confirmed [s].
     sites : Sites
         Where robots charge and park.
+    period : float
+        Least time between two decisions [s].
 
     Attributes
     ----------
@@ -134,10 +136,12 @@ class Rehearsal:
         *,
         confirmed_after: float = CONFIRMED_AFTER,
         sites: Sites = NO_SITES,
+        period: float = 0.0,
     ) -> None:
         self.now = now
         self.tasks = {task.id: task for task in tasks}
-        self._confirmed_after = confirmed_after
+        self._confirmed_after, self._period = confirmed_after, period
+        self._decided_at, self._has_news = -math.inf, True
         self._distance = distance
         self._dispatcher = Dispatcher(self.tasks.values(), now)
         self._dispatcher.sites = sites
@@ -155,13 +159,18 @@ class Rehearsal:
         return [name for name, driver in self._drivers.items() if driver.battery and driver.battery.charge <= 0.0]
 
     @property
+    def open_tasks(self) -> list[Task]:
+        """Tasks that have not ended."""
+        return list(self._dispatcher.tasks.values())
+
+    @property
     def batteries(self) -> dict[str, Battery | None]:
         """Batteries of the robots."""
         return {name: driver.battery for name, driver in self._drivers.items()}
 
     def add(self, task: Task) -> None:
         """Add a task now."""
-        self.tasks[task.id] = task
+        self.tasks[task.id], self._has_news = task, True
         self._dispatcher.add(task, self.now)
 
     def run(self, until: float, is_over: Callable[[], bool] = lambda: False) -> None:
@@ -169,7 +178,10 @@ class Rehearsal:
         for _ in range(MOST_STEPS):
             self._step()
             following = self._next()
-            if following > until or math.isinf(following) or is_over():
+            if is_over() or math.isinf(following):
+                return
+            if following > until:
+                self.now = max(self.now, until)
                 return
             self.now = following
 
@@ -185,12 +197,15 @@ class Rehearsal:
         self._obey(dispatcher.see({name: self._seen(name, places[name]) for name in places}, now))
         for name, driver in self._drivers.items():
             if driver.goal and driver.arrives <= now:
+                self._has_news = True
                 self._obey(dispatcher.goal_ended(name, *self._ended(driver), now))
         for task in tuple(dispatcher.tasks.values()):
             if task.needs_confirmation and now >= (task.holding or 0.0) + self._confirmed_after:
                 dispatcher.confirm(replace(task, confirmed=task.leg))
         self._obey(dispatcher.release(now))
-        self._obey(dispatcher.decide(now, self._way))
+        if now - self._decided_at >= self._period:
+            self._decided_at, self._has_news = now, False
+            self._obey(dispatcher.decide(now, self._way))
 
     def _seen(self, name: str, place: Place) -> RobotNow:
         driver = self._drivers[name]
@@ -235,6 +250,8 @@ class Rehearsal:
         if arrives <= self.now:
             return self.now
         times = [arrives, *self._rests]
+        if self._has_news:
+            times.append(self._decided_at + self._period)
         if self._dispatcher.sites.chargers and (self._dispatcher.tasks or math.isfinite(arrives)):
             times.append(self.now + LOOK)
         for task in self._dispatcher.tasks.values():

@@ -117,8 +117,9 @@ class TaskGroup:
         self._read_at = self._decided_at = self._busy_at = float("-inf")
 
     def is_open(self, now: float) -> bool:
-        """Return whether there may be tasks that have not ended, or goals of tasks that have."""
-        return self.changed or self._dispatcher is None or now - self._busy_at < LINGER
+        """Return whether there may be open tasks, goals of tasks that have ended, or robots that charge or park."""
+        rests = bool(self.sites.chargers or self.sites.parking)
+        return self.changed or self._dispatcher is None or rests or now - self._busy_at < LINGER
 
     def open_tasks(self) -> list[Task]:
         """Return the tasks that have not ended, as far as they were read."""

@@ -40,7 +40,9 @@ class Robot:
         return abs(found - true) / true
 
 
-@pytest.mark.parametrize(("per_metre", "per_second"), [(1e-4, 2e-5), (4e-4, 2e-5), (2e-5, 1e-5), (1e-4, 1e-4)])
+@pytest.mark.parametrize(
+    ("per_metre", "per_second"), [(1e-4, 2e-5), (4e-4, 2e-5), (2e-5, 1e-5), (1e-4, 1e-4), (1e-3, 5e-5)]
+)
 def test_costs_are_learnt_within_a_tenth_in_a_day(per_metre: float, per_second: float) -> None:
     robot = Robot(per_metre, per_second)
     robot.live(24.0)
