@@ -11,8 +11,9 @@ from engine.control.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
-from ppaas.tasks.assignment import Distance, labels_of, straight, worth
+from ppaas.tasks.assignment import Distance, labels_of, worth
 from ppaas.tasks.orders import RobotNow
+from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Place, Task
 from ppaas.tasks.rehearsal import Rehearsal
 from storage.records import MapTask

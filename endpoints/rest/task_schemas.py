@@ -26,6 +26,7 @@ from ppaas.tasks.records import (
     MOST_PRIORITY,
     MOST_ROUNDS,
     MOST_WEIGHT,
+    GivenKind,
     Task,
     TaskKind,
     TaskState,
@@ -43,10 +44,11 @@ Clock = Annotated[str, Field(pattern=r"^(([01][0-9]|2[0-3]):[0-5][0-9]|24:00)$",
 
 
 class HoldFile(RequestBody):
-    """What a robot waits for at a place: a confirmation, or a time, whichever comes first."""
+    """What a robot waits for at a place: a confirmation, a time or a charge, whichever comes first."""
 
     confirm: StrictBool = Field(False, description="Until `POST …/tasks/TASK/confirm`")
     seconds: Annotated[Number, Field(gt=0.0, le=LONGEST_HOLD, description="For at most this time [s]")] | None = None
+    charge: Annotated[Number, Field(gt=0.0, le=1.0, description="Until its battery has this charge")] | None = None
 
 
 class AfterFile(RequestBody):
@@ -81,7 +83,7 @@ class TaskFile(RequestBody):
         json_schema_extra={"examples": [{"kind": "pick_drop", "places": [[1.0, 2.0], [4.0, 1.5, 1.57]], "priority": 1}]}
     )
 
-    kind: TaskKind = Field(description="`go_to` one place; `pick_drop`: two places; `patrol` along places")
+    kind: GivenKind = Field(description="`go_to` one place; `pick_drop`: two places; `patrol` along places")
     places: list[Pose] = Field(min_length=1, max_length=MOST_PLACES, fail_fast=True)
     rounds: Annotated[StrictInt, Field(ge=1, le=MOST_ROUNDS, description="Rounds of a patrol")] = 1
     priority: Annotated[

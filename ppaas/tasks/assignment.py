@@ -9,11 +9,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.energy.battery import Battery
+from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.people.tracks.hungarian import least_cost
+from ppaas.tasks.reach import SPEED, lasts
 from ppaas.tasks.records import PAYLOAD, Place, Task
-
-SPEED = 0.5
-"""Speed by which distances are estimated as times [m/s]."""
 
 PRIORITY = 120.0
 """Time of driving that one step of priority is worth [s]. A task that has waited for so long goes like a new one of the
@@ -48,17 +48,15 @@ class TaskRobot:
     remaining : float
         Time until it is there [s]; 0 for a robot that may begin at once.
     labels : mapping of str to str
+    battery : Battery, optional
+        Its battery; None if it is not known.
     """
 
     robot: str
     place: Place
     remaining: float = 0.0
     labels: Mapping[str, str] = field(default_factory=dict)
-
-
-def straight(start: Place, goal: Place) -> float:
-    """Return the distance between two places as the crow flies [m]."""
-    return math.hypot(goal[0] - start[0], goal[1] - start[1])
+    battery: Battery | None = None
 
 
 def worth(task: Task, now: float) -> float:
@@ -91,8 +89,10 @@ def payload_of(labels: Mapping[str, str]) -> float:
         return 0.0
 
 
-def costs_of(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float) -> Array:
-    """Return the cost of each robot for each task [s]; infinite where it may not do it, or cannot reach it.
+def costs_of(
+    robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float, sites: Sites = NO_SITES
+) -> Array:
+    """Return the cost of each robot for each task [s]; infinite where it may not do it, or cannot.
 
     A task that has a robot is not handed over to one that is still busy.
     """
@@ -102,7 +102,8 @@ def costs_of(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Dista
             waits = robot.remaining > 0.0 and task.robot not in {"", robot.robot}
             if may_do(task, robot.robot, robot.labels) and not waits:
                 way = distance(robot.place, task.target)
-                costs[row, column] = robot.remaining + way / SPEED - worth(task, now)
+                if lasts(task, way + robot.remaining * SPEED, robot.battery, sites):
+                    costs[row, column] = robot.remaining + way / SPEED - worth(task, now)
     return costs
 
 
@@ -117,7 +118,9 @@ def cheapest(costs: Array) -> list[tuple[int, int]]:
     return [(int(row), int(column)) for row, column in pairs if possible[row, column]]
 
 
-def assign(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float) -> dict[str, str]:
+def assign(
+    robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance, now: float, sites: Sites = NO_SITES
+) -> dict[str, str]:
     """Return which robot does which task, by task.
 
     Tasks of other robots that have not begun are handed over only if that saves ``MARGIN`` for each of them, so that
@@ -133,9 +136,11 @@ def assign(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distanc
         Returns the length of a way.
     now : float
         Time [s since the epoch].
+    sites : Sites
+        Chargers, to which robots must get after the task.
     """
     chosen = _most_worth(tasks, now)
-    costs = costs_of(robots, chosen, distance, now)
+    costs = costs_of(robots, chosen, distance, now, sites)
     rows = {robot.robot: row for row, robot in enumerate(robots)}
     kept = [(rows[task.robot], column) for column, task in enumerate(chosen) if task.robot in rows]
     kept = [pair for pair in kept if math.isfinite(costs[pair])]

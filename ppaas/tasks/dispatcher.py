@@ -11,8 +11,11 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from ppaas.tasks.assignment import SPEED, Distance, TaskRobot, assign, may_do, straight
+from ppaas.energy.sites import NO_SITES, Sites
+from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
+from ppaas.tasks.charging import OWN, is_charged, leavers, must_charge, other_reason, reach_reason, trips
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
+from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
 from ppaas.tasks.succession import following, verdict
 
@@ -37,9 +40,15 @@ class Dispatcher:
         Stored tasks; of those that have ended, others may wait for the end.
     now : float
         Time [s since the epoch], as everywhere here.
+
+    Attributes
+    ----------
+    sites : Sites
+        Where robots charge and park; they do neither on a map without such places.
     """
 
     def __init__(self, tasks: Iterable[Task], now: float) -> None:
+        self.sites: Sites = NO_SITES
         self._tasks: dict[str, Task] = {}
         self._task_of: dict[str, str] = {}
         self._ended: dict[str, TaskState] = {}
@@ -146,10 +155,10 @@ class Dispatcher:
         distance : callable
             Returns the length of the way between two places [m].
         """
-        orders = self._end_hopeless(now)
+        orders = self._end_hopeless(now) + self._leave_chargers(now)
         free, tasks = self.candidates(now), self.undecided(now)
         if free and tasks:
-            found = assign(free, tasks, distance, now)
+            found = assign(free, tasks, distance, now, self.sites)
             busy = {candidate.robot for candidate in free if candidate.remaining > 0.0}
             moved = [
                 (task, robot)
@@ -157,7 +166,7 @@ class Dispatcher:
                 if (robot := _unless(found.get(task.id, ""), busy)) != task.robot
             ]  # fmt: skip
             orders += self._move(moved, now)
-        return orders + self._preempt(now, distance)
+        return orders + self._preempt(now, distance) + self._rest(now)
 
     def release(self, now: float) -> list[Order]:
         """Send robots on whose hold was confirmed, or has lasted for its time."""
@@ -167,7 +176,8 @@ class Dispatcher:
             if hold is None or since is None:
                 continue
             over = hold.seconds is not None and now - since >= hold.seconds
-            if over or (hold.confirm and task.confirmed == task.leg):
+            charged = is_charged(task, self._robots.get(task.robot))
+            if over or charged or (hold.confirm and task.confirmed == task.leg):
                 orders += self._go_on(task, now)
         return orders
 
@@ -180,10 +190,11 @@ class Dispatcher:
             if robot.place is None or robot.is_led or now < self._rests_until.get(name, now):
                 continue
             task = self._task(name)
-            if task is None or task.state == "assigned":
-                found.append(TaskRobot(name, robot.place, 0.0, robot.labels))
-            else:
-                found.append(TaskRobot(name, task.places[-1], _remaining(task, robot.place), robot.labels))
+            if task is None or (task.state == "assigned" and task.kind != "charge"):
+                found.append(TaskRobot(name, robot.place, 0.0, robot.labels, robot.battery))
+            elif task.kind != "charge":
+                left = remaining(task, robot.place)
+                found.append(TaskRobot(name, task.places[-1], left, robot.labels, robot.battery))
         return found
 
     def undecided(self, now: float) -> list[Task]:
@@ -192,7 +203,7 @@ class Dispatcher:
         return [
             task
             for task in self._tasks.values()
-            if (self._may_begin(task, now) if not task.robot else _may_move(task, free))
+            if task.kind != "charge" and (self._may_begin(task, now) if not task.robot else _may_move(task, free))
         ]
 
     # -- internals -----------------------------------------------------------------------------------------------------
@@ -204,7 +215,9 @@ class Dispatcher:
         """End the tasks that no robot can begin any more."""
         orders: list[Order] = []
         for task in tuple(self._tasks.values()):
-            if task.robot or task.begun is not None:
+            if not task.robot and task.kind in OWN:
+                orders += self._end(task, "cancelled", task.reason, now)
+            if task.robot or task.begun is not None or task.kind in OWN:
                 continue
             known, reason = verdict(task, self._ended, self._tasks)
             if known == "never":
@@ -212,6 +225,36 @@ class Dispatcher:
             elif task.deadline is not None and now > task.deadline:
                 orders += self._end(task, "failed", "no robot could begin it before its deadline", now)
         return orders
+
+    def _leave_chargers(self, now: float) -> list[Order]:
+        """End charging early where others need the charger, or tasks wait."""
+        waiting = [task for task in self.undecided(now) if not task.robot]
+        orders: list[Order] = []
+        for robot in leavers(self._robots, self._tasks_of(), self.sites, waiting):
+            orders += self._end(self._tasks[self._task_of[robot]], "done", "", now)
+        return orders
+
+    def _rest(self, now: float) -> list[Order]:
+        """Send robots to chargers and parking spots, and report tasks for which no battery lasts."""
+        if not self.sites.chargers and not self.sites.parking:
+            return []
+        waiting = [task for task in self.undecided(now) if not task.robot]
+        orders: list[Order] = []
+        for task in waiting:
+            reason = reach_reason(task, self._robots, self.sites)
+            orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
+        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
+            before = self._task(robot)
+            if before is not None and before.kind == "park":
+                orders += self._end(before, "cancelled", "its robot charges", now)
+            elif before is not None:
+                orders += self._queue(before, f"robot {robot!r} must charge")
+            self._task_of[robot] = trip.id
+            orders += [*self._store(trip), self._send(trip)]
+        return orders
+
+    def _tasks_of(self) -> dict[str, Task]:
+        return {robot: self._tasks[name] for robot, name in self._task_of.items()}
 
     def _preempt(self, now: float, distance: Distance) -> list[Order]:
         """Give tasks that preempt, and have no robot, those of tasks of lower priorities that carry nothing."""
@@ -238,7 +281,8 @@ class Dispatcher:
             other = self._task(name)
             if other is None or robot.place is None or robot.is_led or other.is_loaded:
                 continue
-            if other.priority < task.priority and may_do(task, name, robot.labels):
+            able = may_do(task, name, robot.labels) and not must_charge(robot, None, self.sites)
+            if other.priority < task.priority and able:
                 found.append((name, other, robot.place))
         return found
 
@@ -257,6 +301,7 @@ class Dispatcher:
         for task, robot in moved:
             changes: dict[str, Any] = {"robot": robot, "attempt": task.attempt + bool(task.robot)}
             changes |= {"state": "assigned", "assigned": now} if robot else {"state": "queued", "assigned": None}
+            changes["reason"] = other_reason(task)
             changed = replace(task, **changes)
             orders += self._store(changed)
             if robot:
@@ -335,17 +380,3 @@ def _unless(robot: str, busy: set[str]) -> str:
 
 def _may_move(task: Task, free: set[str]) -> bool:
     return task.state == "assigned" and task.robot in free
-
-
-def _remaining(task: Task, place: Place) -> float:
-    """Return about how long the rest of a task takes a robot [s]; more than 0."""
-    if task.holding is not None:
-        place = task.target
-    way = straight(place, task.target)
-    left, around = task.legs - task.leg - 1, (*task.places[1:], task.places[0])
-    waits = [0.0 if hold is None else SPEED * (hold.seconds or 0.0) for hold in task.holds] or [0.0] * len(task.places)
-    steps = [straight(*pair) + wait for *pair, wait in zip(task.places, around, waits, strict=True)]
-    rounds, rest = divmod(left, len(steps))
-    at = task.leg % len(steps)
-    way += rounds * sum(steps) + sum((steps * 2)[at : at + rest]) + waits[(task.legs - 1) % len(steps)]
-    return max(way / SPEED, 0.001)

@@ -26,16 +26,21 @@ class PlaceHold(msgspec.Struct, frozen=True, kw_only=True):
         It waits until somebody confirms the task.
     seconds : float, optional
         It goes on after this time [s], also without a confirmation; None for no limit.
+    charge : float, optional
+        It goes on once its battery has this charge, from 0 to 1.
     """
 
     confirm: bool = False
     seconds: float | None = None
+    charge: float | None = None
 
 
 def check_hold(hold: PlaceHold) -> PlaceHold:
     """Return a hold; ``InvalidInput`` if it waits for nothing, or for no possible time."""
-    if not hold.confirm and hold.seconds is None:
-        raise InvalidInput("a hold needs 'confirm', or a time in 'seconds'")
+    if not hold.confirm and hold.seconds is None and hold.charge is None:
+        raise InvalidInput("a hold needs 'confirm', a time in 'seconds', or a 'charge'")
+    if hold.charge is not None and not 0.0 < hold.charge <= 1.0:
+        raise InvalidInput(f"the charge of a hold must be above 0, and 1 at most, not {hold.charge:g}")
     if hold.seconds is not None and not 0.0 < hold.seconds <= LONGEST_HOLD:
         raise InvalidInput(f"a robot may hold for up to {LONGEST_HOLD:g} s, and for more than 0, not {hold.seconds:g}")
     return hold

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from ppaas.energy.battery import Battery
 from ppaas.tasks.records import GOALS, Place, Task
 
 Outcome = Literal["succeeded", "canceled", "aborted", "rejected", "lost"]
@@ -21,11 +22,14 @@ class RobotNow:
     labels : mapping of str to str
     goals : frozenset of str
         Ids of the goals that its Move Base follows or has waiting, no matter who sent them.
+    battery : Battery, optional
+        Its battery; None if it does not report it.
     """
 
     place: Place | None
     labels: Mapping[str, str] = field(default_factory=dict)
     goals: frozenset[str] = frozenset()
+    battery: Battery | None = None
 
     @property
     def is_led(self) -> bool:

@@ -9,8 +9,11 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.tasks.options import MOST_BEFORE, After, PlaceHold, Repeat, check_hold, check_repeat
 
-TaskKind = Literal["go_to", "pick_drop", "patrol"]
+GivenKind = Literal["go_to", "pick_drop", "patrol"]
 """Go to a place; pick at one place and drop at another; go along places, again and again."""
+
+TaskKind = Literal["go_to", "pick_drop", "patrol", "charge", "park"]
+"""Kinds that users give, and those that a dispatcher adds itself: charge at a charger, and park at a spot."""
 
 TaskState = Literal["queued", "assigned", "active", "done", "failed", "cancelled"]
 """``assigned``: a robot drives to the first place, and another may still take over. ``active``: it has been there."""
@@ -42,7 +45,7 @@ LAST_TIME = float(1 << 40)
 Place = tuple[float, float, float]
 """x, y [m], yaw [rad] in the frame of the map."""
 
-_PLACES = {"go_to": (1, 1), "pick_drop": (2, 2), "patrol": (1, MOST_PLACES)}
+_PLACES = {"go_to": (1, 1), "pick_drop": (2, 2), "patrol": (1, MOST_PLACES), "charge": (1, 1), "park": (1, 1)}
 
 
 class Task(msgspec.Struct, frozen=True, kw_only=True):
@@ -52,7 +55,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     id : str
         Unique among the tasks of a user on a map.
-    kind : {"go_to", "pick_drop", "patrol"}
+    kind : {"go_to", "pick_drop", "patrol", "charge", "park"}
     places : tuple of Place
         Places in the order in which they are visited.
     rounds : int

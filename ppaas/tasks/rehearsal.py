@@ -3,17 +3,21 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from dataclasses import replace as replace_battery
 
 from msgspec.structs import replace
 
-from ppaas.tasks.assignment import SPEED, Distance
+from ppaas.energy.battery import Battery
+from ppaas.energy.sites import NO_SITES, Sites
+from ppaas.tasks.assignment import Distance
 from ppaas.tasks.dispatcher import REST, Dispatcher
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
+from ppaas.tasks.reach import CONFIRMED_AFTER, SPEED
 from ppaas.tasks.records import Place, Task
 
-CONFIRMED_AFTER = 60.0
-"""Time after which a hold counts as confirmed, unless another is given [s]."""
+LOOK = 30.0
+"""Time between two looks at batteries [s]."""
 
 MOST_STEPS = 100_000
 """Number of moments at which something happens, after which a rehearsal ends."""
@@ -33,12 +37,23 @@ class _Driver:
     start: Place
     ways: Ways
     labels: Mapping[str, str]
+    battery: Battery | None = None
+    known_at: float = 0.0
     goal: str = ""
     target: Place = (0.0, 0.0, 0.0)
     left_at: float = 0.0
     length: float = 0.0
     arrives: float = math.inf
     outcome: Outcome = "succeeded"
+
+    def use(self, now: float, *, charging: bool) -> None:
+        """Spend or gain the charge of the time since the last call; an empty battery stops the robot for good."""
+        seconds, self.known_at = now - self.known_at, now
+        if self.battery is None or seconds <= 0.0:
+            return
+        metres = self.length * seconds / (self.arrives - self.left_at) if self.is_driving and self.length else 0.0
+        left = self.battery.charge + self.battery.gain * seconds if charging else self.battery.after(metres, seconds)
+        self.battery = replace_battery(self.battery, charge=min(1.0, max(0.0, left)))
 
     def share(self, now: float) -> float:
         """Return which part of its way it has driven."""
@@ -99,6 +114,10 @@ class Rehearsal:
         Time at which it begins [s since the epoch].
     confirmed_after : float
         Time after which a hold is confirmed [s].
+    sites : Sites
+        Where robots charge and park.
+    period : float
+        Least time between two decisions [s].
 
     Attributes
     ----------
@@ -116,46 +135,81 @@ class Rehearsal:
         now: float,
         *,
         confirmed_after: float = CONFIRMED_AFTER,
+        sites: Sites = NO_SITES,
+        period: float = 0.0,
     ) -> None:
         self.now = now
         self.tasks = {task.id: task for task in tasks}
-        self._confirmed_after = confirmed_after
+        self._confirmed_after, self._period = confirmed_after, period
+        self._decided_at, self._has_news = -math.inf, True
         self._distance = distance
         self._dispatcher = Dispatcher(self.tasks.values(), now)
+        self._dispatcher.sites = sites
         self._drivers = {
-            name: _Driver(robot.place, ((robot.place, 0.0),), robot.labels)
+            name: _Driver(robot.place, ((robot.place, 0.0),), robot.labels, robot.battery, now)
             for name, robot in robots.items()
             if robot.place is not None and not robot.is_led
         }
         self._rests: list[float] = []
         self._ways: dict[Place, Ways] = {}
 
+    @property
+    def stranded(self) -> list[str]:
+        """Robots whose batteries are empty."""
+        return [name for name, driver in self._drivers.items() if driver.battery and driver.battery.charge <= 0.0]
+
+    @property
+    def open_tasks(self) -> list[Task]:
+        """Tasks that have not ended."""
+        return list(self._dispatcher.tasks.values())
+
+    @property
+    def batteries(self) -> dict[str, Battery | None]:
+        """Batteries of the robots."""
+        return {name: driver.battery for name, driver in self._drivers.items()}
+
+    def add(self, task: Task) -> None:
+        """Add a task now."""
+        self.tasks[task.id], self._has_news = task, True
+        self._dispatcher.add(task, self.now)
+
     def run(self, until: float, is_over: Callable[[], bool] = lambda: False) -> None:
         """Go on until a time [s since the epoch], until nothing more happens, or until ``is_over``."""
         for _ in range(MOST_STEPS):
             self._step()
             following = self._next()
-            if following > until or math.isinf(following) or is_over():
+            if is_over() or math.isinf(following):
+                return
+            if following > until:
+                self.now = max(self.now, until)
                 return
             self.now = following
 
     def _step(self) -> None:
         now, dispatcher = self.now, self._dispatcher
+        charging = {
+            task.robot for task in dispatcher.tasks.values() if task.kind == "charge" and task.holding is not None
+        }
+        for name, driver in self._drivers.items():
+            driver.use(now, charging=name in charging)
         places = {name: driver.place(now) for name, driver in self._drivers.items()}
         self._ways = {places[name]: driver.ways_now(now) for name, driver in self._drivers.items()}
         self._obey(dispatcher.see({name: self._seen(name, places[name]) for name in places}, now))
         for name, driver in self._drivers.items():
             if driver.goal and driver.arrives <= now:
+                self._has_news = True
                 self._obey(dispatcher.goal_ended(name, *self._ended(driver), now))
         for task in tuple(dispatcher.tasks.values()):
-            if task.holding is not None and now >= task.holding + self._confirmed_after:
+            if task.needs_confirmation and now >= (task.holding or 0.0) + self._confirmed_after:
                 dispatcher.confirm(replace(task, confirmed=task.leg))
         self._obey(dispatcher.release(now))
-        self._obey(dispatcher.decide(now, self._way))
+        if now - self._decided_at >= self._period:
+            self._decided_at, self._has_news = now, False
+            self._obey(dispatcher.decide(now, self._way))
 
     def _seen(self, name: str, place: Place) -> RobotNow:
         driver = self._drivers[name]
-        return RobotNow(place, driver.labels, frozenset({driver.goal} if driver.goal else ()))
+        return RobotNow(place, driver.labels, frozenset({driver.goal} if driver.goal else ()), driver.battery)
 
     def _ended(self, driver: _Driver) -> tuple[str, Outcome, str]:
         goal, outcome = driver.goal, driver.outcome
@@ -196,6 +250,10 @@ class Rehearsal:
         if arrives <= self.now:
             return self.now
         times = [arrives, *self._rests]
+        if self._has_news:
+            times.append(self._decided_at + self._period)
+        if self._dispatcher.sites.chargers and (self._dispatcher.tasks or math.isfinite(arrives)):
+            times.append(self.now + LOOK)
         for task in self._dispatcher.tasks.values():
             if task.holding is not None and task.hold is not None:
                 times.append(task.holding + self._longest(task.hold))
@@ -205,4 +263,6 @@ class Rehearsal:
 
     def _longest(self, hold: PlaceHold) -> float:
         limit = math.inf if hold.seconds is None else hold.seconds
+        if hold.charge is not None:
+            limit = min(limit, LOOK)
         return min(limit, self._confirmed_after) if hold.confirm else limit

@@ -10,10 +10,11 @@ import pytest
 from endpoints.rest import task_estimates, tasks
 from endpoints.rest.task_schemas import TaskFile
 from engine.control.tasks import group, runner
+from ppaas.energy import battery
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
-from ppaas.tasks import assignment, dispatcher, options, records
+from ppaas.tasks import assignment, charging, dispatcher, options, reach, records
 from robots.client.cloud_url import path_of
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
@@ -40,13 +41,21 @@ def test_numbers_are_those_of_the_code() -> None:
         f"You may have {tasks.MOST_OPEN} tasks",
         f"kept for {group.KEPT_FOR / 86400:g} days, at most the last {group.MOST_ENDED}",
         f"does not answer within {runner.TIMEOUT:g} s",
-        f"by a speed of {assignment.SPEED:g} m/s",
+        f"by a speed of {reach.SPEED:g} m/s",
         f"worth {assignment.PRIORITY:g} s of driving. A task that has waited for {assignment.PRIORITY:g} s",
         f"in the {assignment.URGENT:g} s before its deadline",
         f"saves {assignment.MARGIN:g} s of driving",
         f"no task for {dispatcher.REST:g} s",
         f"not connected for {dispatcher.GONE_AFTER:g} s",
         f"After {dispatcher.MOST_FAILURES} failures",
+        f"charger with {100 * reach.RESERVE:g} % left",
+        f"over windows of {battery.WINDOW:g} s",
+        f"a metre costs {100 * battery.PER_METRE:g} % and a second {100 * battery.PER_SECOND:g} %",
+        f"below {100 * charging.LOW:g} % without a task",
+        f"charge below {100 * charging.OPPORTUNE:g} % if",
+        f"below {100 * charging.ALMOST_FULL:g} % while",
+        f"leaves at {100 * charging.FULL:g} %, and from {100 * charging.ENOUGH:g} % if",
+        f"kept for {group.OWN_KEPT_FOR / 60.0:g} minutes after their end",
         f"and of {task_estimates.MOST_REHEARSED} others",
     ):
         assert said in text, said

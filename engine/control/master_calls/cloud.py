@@ -33,7 +33,7 @@ from engine.control.robot_nodes import RobotNodes
 from engine.control.robot_stops import RobotStops, StopCalls
 from engine.control.tasks.group import KEPT_FOR
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.runner import TaskNews, TaskRunner, sites_on
 from engine.control.traffic_groups import TrafficGroups
 from engine.control.views import EndpointView, GoalView, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
@@ -46,7 +46,7 @@ from engine.specs.robot_stops import stops_key
 from engine.specs.start_state import StartState
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
-from storage.ports import CloneStore, Store
+from storage.ports import CloneStore, MapStore, Store
 from storage.records import Limits, MapRecord
 from storage.versions import OCTOMAP, YAML
 
@@ -348,11 +348,14 @@ class Cloud:
         self._other_goals.place_opened(key)
         self.robot_stops.place_opened(key)
 
-    def task_runner(self, store: Store, kept_for: float = KEPT_FOR) -> TaskRunner:
-        """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s]."""
+    def task_runner(self, store: Store, maps: MapStore, kept_for: float = KEPT_FOR) -> TaskRunner:
+        """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s].
+
+        Robots charge and park at places of its maps.
+        """
         return TaskRunner(
             store, self._task_robots, self._task_news, self.planning.compute_costs,
-            changed=self.events.task_changed, kept_for=kept_for,
+            changed=self.events.task_changed, kept_for=kept_for, sites=partial(sites_on, maps),
         )  # fmt: skip
 
     def hear_goals(self, users: Collection[str]) -> None:

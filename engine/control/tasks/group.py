@@ -8,10 +8,13 @@ from functools import partial
 from msgspec.structs import replace
 
 from engine.control.tasks.robots import TaskRobots
+from ppaas.energy.sites import NO_SITES
 from ppaas.errors import Conflict, NotFound, PPaaSError
-from ppaas.tasks.assignment import Distance, straight
+from ppaas.tasks.assignment import Distance
+from ppaas.tasks.charging import OWN
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
+from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Task, pose_of
 from storage.names import Group
 from storage.ports import TaskStore
@@ -24,6 +27,9 @@ logger = logging.getLogger(__name__)
 
 KEPT_FOR = 7 * 86400.0
 """Time for which a task is kept after its end [s]."""
+
+OWN_KEPT_FOR = 3600.0
+"""Time for which a trip to a charger or a parking spot is kept after its end [s], so that it displaces no tasks."""
 
 MOST_ENDED = 1000
 """Number of ended tasks of a user on a map that are kept; the oldest are removed first."""
@@ -42,7 +48,8 @@ def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> l
         Time for which a task is kept after its end [s].
     """
     ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
-    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= kept_for}
+    own = {task.id: OWN_KEPT_FOR for task in tasks if task.kind in OWN}
+    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= min(kept_for, own.get(name, kept_for))}
     kept |= {before.task for task in tasks if task.is_open for before in task.after}
     return [name for _, name in ended if name not in kept]
 
@@ -82,6 +89,11 @@ class TaskGroup:
         Called with each task whose state has changed.
     kept_for : float
         Time for which a task is kept after its end [s]; it may be changed.
+
+    Attributes
+    ----------
+    sites : Sites
+        Where robots charge and park.
     """
 
     def __init__(
@@ -95,6 +107,7 @@ class TaskGroup:
     ) -> None:
         self.group = group
         self.changed = True
+        self.sites = NO_SITES
         self._store = store
         self._robots = robots
         self._report = partial(changed, *group)
@@ -104,8 +117,9 @@ class TaskGroup:
         self._read_at = self._decided_at = self._busy_at = float("-inf")
 
     def is_open(self, now: float) -> bool:
-        """Return whether there may be tasks that have not ended, or goals of tasks that have."""
-        return self.changed or self._dispatcher is None or now - self._busy_at < LINGER
+        """Return whether there may be open tasks, goals of tasks that have ended, or robots that charge or park."""
+        rests = bool(self.sites.chargers or self.sites.parking)
+        return self.changed or self._dispatcher is None or rests or now - self._busy_at < LINGER
 
     def open_tasks(self) -> list[Task]:
         """Return the tasks that have not ended, as far as they were read."""
@@ -135,6 +149,7 @@ class TaskGroup:
     async def _step(self, labels: dict[str, dict[str, str]], now: float, measure: Measure) -> None:
         news = self.changed or self._dispatcher is None
         dispatcher, orders = await self._read(now)
+        dispatcher.sites = self.sites
         if news or dispatcher.tasks:
             self._busy_at = now
         await self._obey(orders)
@@ -192,9 +207,14 @@ class TaskGroup:
 
     async def _see(self, dispatcher: Dispatcher, labels: dict[str, dict[str, str]], now: float) -> None:
         user, _ = self.group
+        charging = {
+            task.robot for task in dispatcher.tasks.values() if task.kind == "charge" and task.holding is not None
+        }
         renewed = [robot for robot in labels if self._robots.follow(user, robot)]
         seen: dict[str, RobotNow] = {
-            robot: self._robots.now(user, robot, labels[robot]) for robot in labels if self._robots.client(user, robot)
+            robot: self._robots.now(user, robot, labels[robot], charging=robot in charging)
+            for robot in labels
+            if self._robots.client(user, robot)
         }
         if renewed:
             await self._obey(dispatcher.see({name: now_ for name, now_ in seen.items() if name not in renewed}, now))

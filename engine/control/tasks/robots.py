@@ -8,8 +8,11 @@ from engine.links.place_link import PlaceLink
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.specs.containers import MapVersion
+from ppaas.clock import Clock, monotonic
+from ppaas.energy.battery import Battery, BatteryModel
 from ppaas.geometry import Pose2D
 from ppaas.tasks.orders import Outcome, RobotNow
+from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Place
 from storage.names import Group
 
@@ -78,6 +81,28 @@ class Navigator(Protocol):
         ...
 
 
+MOST_STEP = 5.0
+"""Distance between two poses from which the robot did not drive, but was localized elsewhere [m]."""
+
+
+class _BatteryWatch:
+    """Learns the battery of a robot from its reports and poses; it is kept while the robot is away."""
+
+    def __init__(self) -> None:
+        self._model = BatteryModel()
+        self._metres = 0.0
+        self._place: Place | None = None
+
+    def see(self, charge: float | None, place: Place | None, now: float, *, charging: bool) -> Battery | None:
+        """Note what is reported, and return what is known; nothing while the charge is not reported."""
+        if place is not None:
+            step = 0.0 if self._place is None else straight(self._place, place)
+            self._metres += step if step <= MOST_STEP else 0.0
+            self._place = place
+        self._model.see(charge, self._metres, now, charging=charging)
+        return None if charge is None else self._model.battery
+
+
 class TaskRobots:
     """Knows the connected robots of all users and maps, and follows the robots on maps with tasks.
 
@@ -87,13 +112,19 @@ class TaskRobots:
         Places of the robots.
     join : callable
         Returns a new client of a place.
+    monotonic : callable
+        Returns monotonic time [s].
     """
 
-    def __init__(self, places: OpenPlaces, join: Callable[[PlaceLink], Navigator]) -> None:
+    def __init__(
+        self, places: OpenPlaces, join: Callable[[PlaceLink], Navigator], *, monotonic: Clock = monotonic
+    ) -> None:
         self._places = places
         self._join = join
         self._keys: set[str] = set()
         self._clients: dict[str, Navigator] = {}
+        self._monotonic = monotonic
+        self._batteries: dict[str, _BatteryWatch] = {}
 
     def place_opened(self, key: str) -> None:
         """Note a place that was opened or adopted."""
@@ -152,12 +183,16 @@ class TaskRobots:
         """Return the client of a robot that is followed."""
         return self._clients.get(robot_key(user, robot))
 
-    def now(self, user: str, robot: str, labels: Mapping[str, str]) -> RobotNow:
+    def now(self, user: str, robot: str, labels: Mapping[str, str], *, charging: bool = False) -> RobotNow:
         """Return what is known of a robot that is followed; its place only while it is renewed and its goals known."""
-        client = self._clients[robot_key(user, robot)]
+        key = robot_key(user, robot)
+        client = self._clients[key]
         if client.followed is None:
             return RobotNow(None, labels)
-        return RobotNow(client.place_now, labels, client.followed)
+        place = client.place_now
+        watch = self._batteries.setdefault(key, _BatteryWatch())
+        battery = watch.see(client.place.beat.report.battery, place, self._monotonic(), charging=charging)
+        return RobotNow(place, labels, client.followed, battery)
 
     def _leave(self, key: str) -> None:
         client = self._clients.pop(key, None)

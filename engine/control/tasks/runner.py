@@ -15,12 +15,17 @@ from engine.processes.background import repeat
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
 from ppaas.decoding import from_json
+from ppaas.energy.sites import NO_SITES, Sites, sites_of
 from ppaas.errors import NotFound, PPaaSError
-from ppaas.tasks.assignment import Distance, labels_of, straight
+from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.dispatcher import Dispatcher
+from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Place, TaskState
+from ppaas.zones.reading import zones_of
+from storage.map_port import MapStore
 from storage.names import Group
 from storage.ports import Store
+from storage.versions import ZONES
 
 logger = logging.getLogger(__name__)
 
@@ -68,6 +73,18 @@ async def ways(costs: Costs, user: str, version: MapVersion, dispatcher: Dispatc
         for goal, cost in zip(goals, row, strict=True)
     }
     return lambda start, goal: known.get((start, goal), straight(start, goal))
+
+
+# -- places where robots charge and park -------------------------------------------------------------------------------
+
+
+def sites_on(maps: MapStore, version: MapVersion) -> Sites:
+    """Return where robots charge and park on a version of a map; nowhere if it is removed or has no zones."""
+    try:
+        with maps.open_map(version.id, version.version, only=(ZONES,)) as opened:
+            return sites_of(zones_of(bytes(opened.buffers[ZONES]))) if ZONES in opened.buffers else NO_SITES
+    except NotFound:
+        return NO_SITES
 
 
 # -- all tasks ---------------------------------------------------------------------------------------------------------
@@ -123,6 +140,8 @@ class TaskRunner:
         Called with user, map and each task whose state has changed.
     kept_for : float
         Time for which a task is kept after its end [s].
+    sites : callable
+        Returns where robots charge and park on a version of a map; it is called once for each, in a thread.
     """
 
     def __init__(
@@ -135,6 +154,7 @@ class TaskRunner:
         *,
         changed: Changed = lambda _user, _map, _task: None,
         kept_for: float = KEPT_FOR,
+        sites: Callable[[MapVersion], Sites] = lambda _version: NO_SITES,
     ) -> None:
         self._store = store
         self._robots = robots
@@ -143,6 +163,8 @@ class TaskRunner:
         self._clock = clock
         self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed)
         self._kept_for = kept_for
+        self._read_sites = sites
+        self._sites: dict[Group, tuple[MapVersion, Sites]] = {}
         self._groups: dict[Group, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
         self._searched_at = float("-inf")
@@ -197,8 +219,16 @@ class TaskRunner:
     async def _lead(self, group: TaskGroup, robots: dict[str, MapVersion], now: float) -> None:
         user, _ = group.group
         labels = {robot: await self._labels_of(user, robot, now) for robot in sorted(robots)}
+        if robots:
+            group.sites = await self._sites_of(group.group, next(iter(robots.values())))
         measure = partial(ways, self._costs, user, next(iter(robots.values()))) if robots else no_ways
         await group.step(labels, now, measure)
+
+    async def _sites_of(self, group: Group, version: MapVersion) -> Sites:
+        known = self._sites.get(group)
+        if known is None or known[0] != version:
+            known = self._sites[group] = version, await asyncio.to_thread(self._read_sites, version)
+        return known[1]
 
     async def _labels_of(self, user: str, robot: str, now: float) -> dict[str, str]:
         read_at, labels = self._labels.get((user, robot), (float("-inf"), {}))

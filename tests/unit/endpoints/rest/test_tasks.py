@@ -11,7 +11,7 @@ from endpoints.rest import tasks
 from engine.control.views import ReportedRobot
 from engine.specs.robot_report import StateReport
 from ppaas.errors import Conflict, Unavailable
-from ppaas.tasks.assignment import SPEED
+from ppaas.tasks.reach import SPEED
 from ppaas.tasks.records import TaskState
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
@@ -122,7 +122,7 @@ async def test_a_task_that_changes_meanwhile_is_cancelled_all_the_same(
 
 
 OPTIONS: dict[str, Any] = {
-    "holds": [{"confirm": True, "seconds": 60.0}],
+    "holds": [{"confirm": True, "seconds": 60.0, "charge": 0.8}],
     "weight": 12.5,
     "not_before": 1e10,
     "preempts": True,

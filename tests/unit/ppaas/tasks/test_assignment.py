@@ -12,15 +12,14 @@ from ppaas.tasks.assignment import (
     MARGIN,
     MOST_TASKS,
     PRIORITY,
-    SPEED,
     URGENT,
     Array,
     TaskRobot,
     assign,
     cheapest,
-    straight,
     worth,
 )
+from ppaas.tasks.reach import SPEED, straight
 from ppaas.tasks.records import Task
 
 costs = arrays(

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.tasks.assignment import SPEED, straight
 from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.orders import RobotNow
+from ppaas.tasks.reach import SPEED, straight
 from ppaas.tasks.records import Place, Task
 from ppaas.tasks.rehearsal import Rehearsal
 from tests.support.budget import examples

@@ -38,6 +38,8 @@ const placeText = ([x, y]) => `${number(x)}, ${number(y)}`;
 /** What is to be done. @param {{kind: string, places: number[][], rounds: number}} task */
 export function titleOf({ kind, places, rounds }) {
   const [first, second] = places.map(placeText);
+  if (kind === "charge") return `Charge at ${first}`;
+  if (kind === "park") return `Park at ${first}`;
   if (kind === "go_to") return `Go to ${first}`;
   if (kind === "pick_drop") return `Pick at ${first}, drop at ${second}`;
   return `Patrol ${plural(places.length, "place")}${rounds > 1 ? `, ${plural(rounds, "round")}` : ""}`;

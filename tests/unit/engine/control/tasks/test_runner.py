@@ -14,23 +14,29 @@ from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.runner import TaskNews, TaskRunner, sites_on
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
+from engine.protocols import robot_link
 from engine.specs.containers import MapVersion
+from engine.specs.robot_report import StateReport
 from ppaas.clock import ManualClock
+from ppaas.energy.battery import SAMPLES
+from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.tasks.assignment import labels_of
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.records import Task
+from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
 from tests.support.endpoints.still_place import StillRobot, delivered
 from tests.support.engine.at_once import at_once
 from tests.support.engine.specs import robot_request
-from tests.support.storage.records import robot
+from tests.support.geojson import collection, feature
+from tests.support.storage.records import house, put_map, robot
 
 GOAL, CANCEL = "move_base/goal", "move_base/cancel"
 
@@ -435,6 +441,69 @@ def test_tasks_are_removed_some_days_after_their_end() -> None:
 def test_of_many_tasks_the_oldest_are_removed() -> None:
     tasks = [ended(f"t{number}", float(number)) for number in range(MOST_ENDED + 2)]
     assert sorted(obsolete(tasks, 2000.0)) == ["t0", "t1"]
+
+
+def report_battery(place: StillRobot, charge: float) -> None:
+    place.say(robot_link.ContainerBeat(busy=False, report=StateReport(battery=charge)))
+
+
+async def test_robots_charge_at_docks_of_their_map_also_when_all_tasks_are_done(hall: Hall) -> None:
+    read: list[MapVersion] = []
+
+    def sites(version: MapVersion) -> Sites:
+        read.append(version)
+        return Sites({"dock": (3.0, 0.0, 0.0)})
+
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, sites=sites)
+    place = hall.connect("r")
+    report_battery(place, 0.2)
+    hall.add("t", 5.0, state="done", ended=hall.clock())
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [record] = [one for one in hall.store.tasks("ann", "house") if one.task.kind == "charge"]
+    trip = record.task
+    assert (trip.state, trip.robot, trip.places) == ("assigned", "r", ((3.0, 0.0, 0.0),))
+    assert goals(place) == [(GOAL, trip.goal_id)]
+    ends(place, trip.goal_id, Status.SUCCEEDED)
+    await hall.after()
+    assert hall.task(trip.id).holding == hall.clock()
+    for _ in range(SAMPLES):
+        tell(place, 3.0)
+        report_battery(place, 0.97)
+        await hall.after(100.0)
+    assert hall.task(trip.id).state == "done"
+    assert len(read) == 1
+
+
+async def test_what_a_robot_drives_teaches_what_its_battery_does(hall: Hall) -> None:
+    hall.start()
+    hall.robots._monotonic = hall.clock
+    place = hall.connect("r")
+    hall.add("t", 5.0, not_before=1e11)
+    await hall.after()
+    for number in range(1200):  # a metre in two seconds costs a thousandth
+        hall.clock.advance(2.0)
+        tell(place, float(number), ("other", Status.ACTIVE))
+        report_battery(place, 1.0 - number / 1000.0 if number < 900 else 0.1)
+        if number < 900:
+            await hall.runner.step()
+    battery = hall.robots.now("ann", "r", {}).battery
+    assert battery is not None
+    assert battery.cost(100.0, 200.0) == pytest.approx(0.1, rel=0.1)
+    report_battery(place, 0.5)
+    place.say(robot_link.ContainerBeat(busy=False, report=StateReport()))
+    assert hall.robots.now("ann", "r", {}).battery is None
+
+
+def test_docks_are_read_from_the_zones_of_a_version() -> None:
+    maps = MemoryMapStore()
+    version = MapVersion("house", "v9")
+    assert sites_on(maps, version) == NO_SITES
+    point = {"type": "Point", "coordinates": [0.0, 0.0]}
+    zones = collection(feature(point, name="a", kind="dock", yaw=0.5))
+    record = put_map(maps, house(zones=zones))
+    assert sites_on(maps, MapVersion(record.id, record.version)).chargers == {"a": (0.0, 0.0, 0.5)}
 
 
 async def test_changes_of_tasks_are_reported_once(hall: Hall) -> None:

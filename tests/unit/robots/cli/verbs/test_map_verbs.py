@@ -79,10 +79,13 @@ async def test_options_of_a_task_are_those_of_rest(office: CommandLine) -> None:
     words = [*places, "--weight", "12.5", "--start", "2100-01-01T08:00+00:00", "--after", f"{first['id']}=ended"]
     repeat = ["--repeat-at", "08:30", "--days", "mon", "--zone", "Europe/Berlin", "--times", "3", "--preempt", "--json"]
     added = json.loads((await office("map", "task", "add", "house", "pick_drop", *words, *repeat)).out)
-    assert added["holds"] == [{"confirm": True, "seconds": 30.0}, {"confirm": False, "seconds": 5.0}]
+    assert added["holds"] == [
+        {"confirm": True, "seconds": 30.0, "charge": None},
+        {"confirm": False, "seconds": 5.0, "charge": None},
+    ]
     assert (added["weight"], added["preempts"], added["run"]) == (12.5, True, 1)
     assert added["after"] == [{"task": first["id"], "on": "ended"}]
-    assert added["not_before"] == 4102731000.0 - 3600.0 * 0.0  # the first Monday of 2100, 08:30 in Berlin
+    assert added["not_before"] == 4102731000.0  # the first Monday of 2100, 08:30 in Berlin
     assert (added["repeat"]["days"], added["repeat"]["count"]) == (["mon"], 3)
     unknown = await office("map", "task", "add", "house", "go_to", "--at", "1", "2", "--robot", "tb9")
     assert (unknown.status, "tb9" in unknown.err) == (1, True)

@@ -1,0 +1,45 @@
+"""The bound of the energy bench is one: no rehearsal exceeds it, and it is right where that is known."""
+
+import argparse
+
+import pytest
+from rich.progress import Progress
+
+from benchmarks.building.energy import Fleet, bound, configure, measure
+from ppaas.energy.battery import Battery
+from ppaas.energy.sites import Sites
+from ppaas.tasks.orders import RobotNow
+from ppaas.tasks.reach import SPEED
+
+
+def fleet(charge: float, gain: float, per_metre: float = 1e-3) -> Fleet:
+    robots = {"r": RobotNow((0.0, 0.0, 0.0), battery=Battery(charge, per_metre, 0.0, gain))}
+    return Fleet(robots, Sites({"c": (0.0, 0.0, 0.0)}), [(0.0, 0.0, 0.0), (100.0, 0.0, 0.0)], gain)
+
+
+@pytest.mark.parametrize(
+    ("charge", "gain", "expected"),
+    [(1.0, 1e-9, 5.0), (1.0, 1.0, 18.0), (0.0, 1e-9, 0.0)],
+    ids=["a battery for 1000 m", "time for 3600 m", "no charge"],
+)
+def test_the_bound_is_what_time_and_charge_allow(
+    charge: float, gain: float, expected: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("benchmarks.building.energy.PER_METRE", 1e-3)
+    monkeypatch.setattr("benchmarks.building.energy.PER_SECOND", 0.0)
+    found = bound(fleet(charge, gain), [(0, 1)] * 100, 3600.0 / SPEED)
+    assert found == pytest.approx(expected, abs=0.6)  # the last way back is not needed
+
+
+def test_no_more_tasks_are_done_than_there_are() -> None:
+    assert bound(fleet(1.0, 1.0), [(0, 1)] * 3, 1e6) == pytest.approx(3.0)
+
+
+def test_a_small_fleet_stays_below_the_bound_and_above_its_bar() -> None:
+    parser = argparse.ArgumentParser()
+    configure(parser)
+    words = ["--robots", "8", "--chargers", "2", "--hours", "3", "--waiting", "6"]
+    measured = measure(parser.parse_args(words), Progress(disable=True))
+    assert (measured.status, measured.result["stranded"]) == (0, 0), measured.text
+    assert 0.9 <= measured.result["ratio"] <= 1.0
+    assert measured.result["charges"] > 0
