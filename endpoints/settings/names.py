@@ -12,7 +12,7 @@ CONFIG_VARIABLE = f"{PREFIX}{CONFIG.upper()}"
 OTHERS: Mapping[str, str] = {
     "PPAAS_URL": "commands of robots and operators: URL of the cloud",
     "PPAAS_TOKEN": "commands of robots and operators: token",
-    "PPAAS_MQTT_PASSWORD": "ppaas bridge vda5050: password at the broker",
+    "PPAAS_MQTT_PASSWORD": "ppaas bridge vda5050, devices of mqtt: password at the broker",
     "PPAAS_OPTIONS": "units of systemd: options of the command",
     "PPAAS_BACKUPS": "unit of the backup: place and options",
     "PPAAS_LEAN": "processes of a cloud: 0 turns memory tuning off",

@@ -1,0 +1,1 @@
+"""Devices of a building: lifts and doors that plug-ins reach by the scheme of a URL."""

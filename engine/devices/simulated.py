@@ -1,0 +1,71 @@
+"""Driver ``sim:``: simulated lifts and doors in this process, for trials without hardware."""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+from engine.devices.base import DeviceDriver, DeviceUrl, DoorDevice, LiftDevice
+from engine.devices.hosts import DeviceHosts
+from ppaas.buildings.building import DoorSettings, LiftSettings
+from ppaas.buildings.doors.simulated import SimulatedDoor
+from ppaas.buildings.doors.states import DoorRequest, DoorState
+from ppaas.buildings.lifts.simulated import LiftModel, SimulatedLift
+from ppaas.buildings.lifts.states import EndSession, LiftRequest, LiftState
+from ppaas.clock import epoch
+
+REPORT = 0.25
+"""Time between two states [s]."""
+
+
+class SimDriver(DeviceDriver):
+    """Driver of ``sim:``; options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share) and ``seed``."""
+
+    remote: ClassVar[bool] = False
+
+    def lift(
+        self, url: DeviceUrl, settings: LiftSettings, levels: Mapping[str, float], hosts: DeviceHosts
+    ) -> LiftDevice:
+        """Return a simulated lift."""
+        url.check_options("people", "wrong_floor", "seed")
+        model = LiftModel(
+            speed=settings.speed,
+            doors=settings.doors,
+            people=url.number("people", 0.0, 0.0, 3600.0),
+            wrong_floor=url.number("wrong_floor", 0.0, 0.0, 1.0),
+            seed=int(url.number("seed", 0, 0, 2**31)),
+        )
+        return _SimLift(SimulatedLift(settings.lift, levels, epoch(), model))
+
+    def door(self, url: DeviceUrl, settings: DoorSettings, hosts: DeviceHosts) -> DoorDevice:
+        """Return a simulated door."""
+        url.check_options()
+        return _SimDoor(SimulatedDoor(settings.floor, settings.door, epoch(), settings.opens))
+
+
+class _SimLift(LiftDevice):
+    def __init__(self, lift: SimulatedLift) -> None:
+        self._lift = lift
+
+    async def run(self, report: Callable[[LiftState], None]) -> None:
+        while True:
+            report(self._lift.state(epoch()))
+            await asyncio.sleep(REPORT)
+
+    async def send(self, order: LiftRequest | EndSession) -> None:
+        if isinstance(order, EndSession):
+            self._lift.end(order, epoch())
+        else:
+            self._lift.request(order, epoch())
+
+
+class _SimDoor(DoorDevice):
+    def __init__(self, door: SimulatedDoor) -> None:
+        self._door = door
+
+    async def run(self, report: Callable[[DoorState], None]) -> None:
+        while True:
+            report(self._door.state(epoch()))
+            await asyncio.sleep(REPORT)
+
+    async def send(self, order: DoorRequest) -> None:
+        self._door.request(order, epoch())

@@ -1,0 +1,1 @@
+"""Lifts: the controller that shares them among the robots of a building, and a simulated lift."""
