@@ -55,6 +55,11 @@ def check_task_key(user: str, map_id: str, task_id: str) -> tuple[str, str, str]
     return *check_group(user, map_id), check_name("task", task_id)
 
 
+def check_building_key(user: str, building: str) -> tuple[str, str]:
+    """Return the key of a building; ``InvalidInput`` if a name is not valid."""
+    return check_name("user", user), check_name("building", building)
+
+
 def check_webhook_key(user: str, hook: str) -> tuple[str, str]:
     """Return the key of a webhook; ``InvalidInput`` if a name is not valid."""
     return check_name("user", user), check_name("webhook", hook)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.buildings.records import BuildingStore
 from storage.map_port import MapStore
 from storage.names import Group
 from storage.people import PeopleStore
@@ -34,6 +35,7 @@ from storage.sharing_records import ProvidedIdentity, Share
 from storage.webhooks.records import WebhookStore
 
 __all__ = [
+    "BuildingStore",
     "CloneStore",
     "HistoryStore",
     "LeaseStore",
@@ -76,7 +78,8 @@ class UserStore(Protocol):
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, URDFs, checkpoints, tasks, webhooks, settings and counts of people.
+        """Remove a user with all tokens, robots, URDFs, checkpoints, tasks, buildings, webhooks, and settings
+        and counts of people.
 
         The removal is atomic: a later user of the same id never sees data of the former one.
         """
@@ -363,6 +366,7 @@ class Store(
     CloneStore,
     PeopleStore,
     TaskStore,
+    BuildingStore,
     WebhookStore,
     LeaseStore,
     Protocol,

@@ -1,1 +1,1 @@
-"""Benches of buildings."""
+"""Bench of buildings: floors, lifts, doors, docks and chargers."""

@@ -1,32 +1,61 @@
-"""``ppaas bench building``: robots in buildings."""
+"""``ppaas bench building``: plans over the floors of a building, and what robots do in one."""
 
 import argparse
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from robots.cli.benches import Measured
+from robots.cli.benches import BenchReport, Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "robots in buildings: rides in lifts, after which floor and pose must be known"
-
-RIDES, QUICK = 1000, 20
-"""Number of rides, and of those with ``--quick``."""
+HELP = (
+    "buildings: plans over floors beside paths on one floor; rides in lifts, after which floor and pose must be known"
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--rides", type=int, default=RIDES, metavar="N", help=f"number of rides ({RIDES})")
-    parser.add_argument("--seed", type=int, default=1, help="seed of buildings and rides (1)")
-    parser.add_argument("--quick", action="store_true", help="little time: a check that it runs, not for comparison")
+    parser.add_argument("--only", choices=tuple(PARTS), help="one part of the bench (all)")
+    parser.add_argument("--floors", type=int, default=10, help="number of floors of the plans (10)")
+    parser.add_argument("--cells", type=int, default=1024, help="cells along the edge of each floor (1024)")
+    parser.add_argument("--queries", type=int, default=1000, help="number of plans (1000)")
+    parser.add_argument(
+        "--checked", type=int, default=20, help="number of plans that are compared with Dijkstra's (20)"
+    )
+    parser.add_argument("--rides", type=int, default=1000, metavar="N", help="number of rides in lifts (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of rides and their buildings (1)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return the figures."""
-    from benchmarks.building import rides  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    """Measure the parts; a bar that is missed in one is missed by all."""
+    wanted = [arguments.only] if arguments.only else list(PARTS)
+    parts = {name: Measured.of(PARTS[name](arguments, progress)) for name in wanted}
+    return Measured(
+        {name: part.result for name, part in parts.items()},
+        text="\n\n".join(f"{name}\n{part.text}" for name, part in parts.items()),
+        status=max(part.status for part in parts.values()),
+    )
+
+
+def _plans(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
+    # ``ppaas bench --help`` loads this module.
+    from benchmarks.building.plans import measure_plans  # noqa: PLC0415
+
+    task = progress.add_task("plans", total=5)
+    return measure_plans(
+        arguments.floors, arguments.cells, arguments.queries, arguments.checked, lambda: progress.advance(task)
+    )
+
+
+def _rides(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
+    # ``ppaas bench --help`` loads this module.
+    from benchmarks.building import rides  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
 
-    count = QUICK if arguments.quick else arguments.rides
-    track = progress.track(rides.measure(count, arguments.seed), total=count, description="rides")
-    scores = list(track)[-1]
-    return measured(list(rides.figures(scores)))
+    rode = progress.track(rides.measure(arguments.rides, arguments.seed), total=arguments.rides, description="rides")
+    return measured(list(rides.figures(list(rode)[-1])))
+
+
+PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {"plans": _plans, "rides": _rides}
+"""Parts of the bench, by name."""

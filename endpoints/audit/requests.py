@@ -44,6 +44,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "share_robot": ("role", "publish", "subscribe"),
     "change_map": ("readers", "description", "traffic"),
     "roll_back_map": ("version", "message"),
+    "change_building": ("readers",),
     "put_robot": ("map", "cores"),
     "change_robot": ("map", "cores"),
     "put_people_settings": ("rule", "targets", "history", "retention_hours"),
@@ -172,7 +173,7 @@ def parsed_body(scope: MutableMapping[str, Any]) -> Any:
 # The middleware, and the classes of requests that it does not record.
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones"})
+COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones", "check_building"})
 """Operations by POST that change nothing."""
 
 OPENING = frozenset({"issue_ticket"})

@@ -10,13 +10,14 @@ import logging
 from collections.abc import Collection
 from contextlib import suppress
 
+from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.user_lookup import find_user
 from endpoints.resources.services import Services
 from endpoints.sharing.shared_robots import end_shares
 from engine.master.quotas import NO_LIMITS
-from ppaas.errors import Damaged, NotAuthenticated, NotFound, PPaaSError
+from ppaas.errors import Conflict, Damaged, NotAuthenticated, NotFound, PPaaSError
 from storage.ports import MapStore, Store
 from storage.sharing_records import GROUP
 
@@ -92,10 +93,11 @@ async def _finish(services: Services, user_id: str) -> None:
 
 
 async def _end_rights(services: Services, user_id: str) -> None:
-    """End what others have given the user: maps to read, robots, and groups that end with their last member."""
+    """End what others have given the user: maps, buildings, robots, and groups that end with their last member."""
     for map_id, owner in await run_in_threadpool(_read_maps, services.map_store, user_id):
         await services.usage.in_turn(owner, _end_reading, services.map_store, map_id, user_id)
         services.map_cache.forget(map_id)
+    await run_in_threadpool(_end_reading_of_buildings, services.store, user_id)
     await end_groups(services, user_id)
     await _end_shares(services, user_id)
 
@@ -129,8 +131,18 @@ def _end_reading(map_store: MapStore, map_id: str, user_id: str) -> None:
             map_store.change_map(map_id, readers=tuple(reader for reader in readers if reader != user_id))
 
 
+def _end_reading_of_buildings(store: Store, user_id: str) -> None:
+    for owner in store.building_users():
+        for building in store.buildings(owner):
+            with suppress(NotFound):  # removed meanwhile
+                while user_id in (record := store.building(*building.key)).readers:
+                    kept = tuple(reader for reader in record.readers if reader != user_id)
+                    with suppress(Conflict):  # changed meanwhile
+                        store.put_building(replace(record, readers=kept), instead_of=record)
+
+
 def _forget_late(store: Store, user_id: str) -> None:
-    """Remove robots, tasks and webhooks that requests which were on their way have stored for a user who was gone."""
+    """Remove what requests which were on their way have stored for a user who was gone."""
     for robot in store.robots(user_id):
         with suppress(NotFound):
             store.remove_robot(user_id, robot.id)
@@ -138,6 +150,9 @@ def _forget_late(store: Store, user_id: str) -> None:
         if owner == user_id:
             for task in store.tasks(user_id, map_id):
                 store.remove_task(user_id, map_id, task.task.id)
+    for building in store.buildings(user_id):
+        with suppress(NotFound):
+            store.remove_building(user_id, building.id)
     for hook in store.webhooks(user_id):
         with suppress(NotFound):
             store.remove_webhook(user_id, hook.id)

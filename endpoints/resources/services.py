@@ -24,6 +24,7 @@ from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.sharing.shared_robots import ShareCache
 from endpoints.webhooks.calls import WebhookCalls
 from engine.control.master_calls.control_plane import ControlPlane
+from engine.control.planning.building_requests import KeptLengths
 from engine.specs.robot_stops import in_words, stops_key, stored_stops
 from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
@@ -205,6 +206,7 @@ class Services:
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
     shares: ShareCache = field(default_factory=ShareCache)
     stops: StopCache = field(default_factory=StopCache)
+    floor_lengths: KeptLengths = field(default_factory=KeptLengths)
     refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
     clones: CloneChecker | None = None
     """Check of robot files by building their clones; without it, their containers report what they refuse."""

@@ -1,7 +1,8 @@
 """Types of names in paths and bodies: they follow the rule of `storage.names`, which OpenAPI describes."""
 
 import re
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Literal
 
 from fastapi import Path
 from pydantic import AfterValidator, WithJsonSchema
@@ -48,15 +49,18 @@ def _plugin(text: str) -> str:
     return text
 
 
-def _address(text: str) -> str:
-    if not is_address(text):
-        shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
-        message = (
-            "{shown} is not a valid address of a robot: give its id, 1 to 64 letters, digits, '_', '.' and '-', a "
-            "letter or digit first; for a robot of another user, OWNER:ID"
-        )
-        raise PydanticCustomError("address", message, {"shown": repr(shown)})
-    return text
+def _address_of(kind: Literal["robot", "building"]) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if not is_address(text):
+            shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
+            message = (
+                "{shown} is not a valid address of a {kind}: give its id, 1 to 64 letters, digits, '_', '.' and '-', "
+                "a letter or digit first; for a {kind} of another user, OWNER:ID"
+            )
+            raise PydanticCustomError("address", message, {"shown": repr(shown), "kind": kind})
+        return text
+
+    return check
 
 
 def _grantee(text: str) -> str:
@@ -87,8 +91,12 @@ Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
 MapId = Annotated[Name, Path(examples=["office"])]
 VersionId = Annotated[Version, Path(description="SHA-256 of the map's files", examples=["0" * 64])]
 RobotAddress = Annotated[
-    Annotated[str, AfterValidator(_address), WithJsonSchema(_ADDRESS_SCHEMA)],
+    Annotated[str, AfterValidator(_address_of("robot")), WithJsonSchema(_ADDRESS_SCHEMA)],
     Path(description="Id of the robot; `OWNER:ID` for one of another user", examples=["tb1"]),
+]
+BuildingAddress = Annotated[
+    Annotated[str, AfterValidator(_address_of("building")), WithJsonSchema(_ADDRESS_SCHEMA)],
+    Path(description="Id of the building; `OWNER:ID` for one of another user", examples=["hotel"]),
 ]
 RobotId = Annotated[Name, Path(description="Id of one of the caller's robots", examples=["tb1"])]
 Grantee = Annotated[

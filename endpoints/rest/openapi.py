@@ -29,6 +29,10 @@ TAGS = [
     {"name": "users", "description": "Users of the cloud."},
     {"name": "groups", "description": "Groups of users, with which robots are shared."},
     {"name": "maps", "description": "Maps, their versions and their files."},
+    {
+        "name": "buildings",
+        "description": "Buildings: floors, which are maps, with their lifts, doors and ways.",
+    },
     {"name": "people", "description": "People whom the caller's robots see on a map."},
     {"name": "traffic", "description": "Traffic of the caller's robots on a map: what each holds, and waits for."},
     {"name": "tasks", "description": "Tasks on a map, each for any of the caller's robots that can do it."},

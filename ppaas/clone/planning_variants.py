@@ -1,11 +1,12 @@
 """Variants of a planning container: costmaps and planners for requests with their own parameters."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from ppaas.bounded import BoundedDict
+from ppaas.buildings.planning.doors import door_lines, with_doors_shut
 from ppaas.clone.outline_planning import planner_of
 from ppaas.clone.robot_body import COSTMAP, costmap_parameters, robot_body
 from ppaas.costmap.build_layers import recosted
@@ -19,6 +20,11 @@ from ppaas.planners.registry import PLANNERS
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.robot_model.known_models import PLANNING_MODEL, RobotModel
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ppaas.planners.batch.path_lengths import PathLengths
+
 MOST_PLANNERS = 2
 """Number of planners with parameters that are kept; each may hold a prepared map."""
 
@@ -26,6 +32,12 @@ MOST_COSTMAPS = 2
 """Number of costmaps with other parameters that are kept."""
 
 ALLOW_UNKNOWN = "allow_unknown"
+
+SHUT_DOORS = "shut_doors"
+"""Parameter of paths and costs: whether the doors of the map, which are zones of it, count as walls."""
+
+LENGTHS = "lengths"
+"""Parameter of costs: whether they are the lengths of shortest paths, from an index of the map, instead [m]."""
 
 _COSTMAP_NAMES = frozenset(GlobalCostmapParameters.__struct_fields__)
 
@@ -92,8 +104,9 @@ class PlanningVariants:
         radius = robot_body(PLANNING_MODEL).robot_radius
         self._usual = Variant(layers.costmap, reuse.processor(layers.costmap, radius))
         self._usual_key = (radius, CostParameters())
+        self._doors = door_lines(layers.zones)
         self._planners: BoundedDict[tuple[str, bytes], Planner] = BoundedDict(MOST_PLANNERS)
-        self._variants: BoundedDict[tuple[float, CostParameters], Variant] = BoundedDict(MOST_COSTMAPS)
+        self._variants: BoundedDict[tuple[float, CostParameters, bool], Variant] = BoundedDict(MOST_COSTMAPS)
 
     @property
     def usual(self) -> Variant:
@@ -102,7 +115,7 @@ class PlanningVariants:
 
     def planner(self, name: str, given: Given) -> Planner:
         """Return a planner with these parameters; ``Variants`` describes the errors."""
-        costs, own = split(given)
+        costs, own = split(_without(given, SHUT_DOORS))
         key = PLANNERS.own_name(name), msgspec.json.encode((costs, own), order="sorted")
         made = self._planners[key] = self._planners.get(key) or planner_with(_body(costs), name, own)
         return made
@@ -110,21 +123,50 @@ class PlanningVariants:
     def allows_unknown(self, given: Given) -> bool:
         """Return whether costs lead through unknown cells; ``Variants`` describes the errors."""
         _body(split(given)[0])
-        return allows_unknown(given)
+        return allows_unknown(_without(given, SHUT_DOORS, LENGTHS))
+
+    def lengths(self, given: Given, threads: int, check: "Callable[[], None]") -> "PathLengths | None":
+        """Return what measures lengths, where costs are to be lengths; ``Variants`` describes the errors."""
+        if not _is_set(given, LENGTHS):
+            return None
+        # Imported here: its kernels are not for every container.
+        from ppaas.planners.batch.path_lengths import PathLengths  # noqa: PLC0415
+        from ppaas.planners.hub_labels.planner import HubLabels  # noqa: PLC0415
+
+        planner = self.planner(HubLabels.name, _without(given, LENGTHS))
+        assert isinstance(planner, HubLabels)
+        return PathLengths(self.variant(given).costmap, planner, threads=threads, check=check)
 
     def variant(self, given: Given) -> Variant:
         """Return the costmap for these parameters; ``Variants`` describes the errors."""
-        parameters = split(given)[0]
+        parameters, shut = split(given)[0], _is_set(given, SHUT_DOORS) and bool(self._doors)
         key = _body(parameters).robot_radius, costmap_parameters({COSTMAP: parameters}).costs
-        if key == self._usual_key:
+        if key == self._usual_key and not shut:
             return self._usual
-        made = self._variants[key] = self._variants.get(key) or self._make(*key)
+        made = self._variants[*key, shut] = self._variants.get((*key, shut)) or self._make(*key, shut=shut)
         return made
 
-    def _make(self, radius: float, costs: CostParameters) -> Variant:
-        costmap = recosted(self._layers, radius, costs)
-        changed = costs.changed
-        return Variant(costmap, self._reuse.processor(costmap, radius, filters={COSTMAP: changed} if changed else {}))
+    def _make(self, radius: float, costs: CostParameters, *, shut: bool) -> Variant:
+        usual = (radius, costs) == self._usual_key
+        costmap = self._usual.costmap if usual else recosted(self._layers, radius, costs)
+        filters: dict[str, Any] = {COSTMAP: costs.changed} if costs.changed else {}
+        if shut:
+            costmap, filters = with_doors_shut(costmap, self._doors), filters | {SHUT_DOORS: True}
+        return Variant(costmap, self._reuse.processor(costmap, radius, filters=filters))
+
+
+def _without(given: Given, *names: str) -> dict[str, Any]:
+    """Return parameters without these, which must be true or false."""
+    for name in names:
+        _is_set(given, name)
+    return {name: value for name, value in given.items() if name not in names}
+
+
+def _is_set(given: Given, name: str) -> bool:
+    value = given.get(name, False)
+    if not isinstance(value, bool):
+        raise InvalidParameter(f"{name} must be true or false")
+    return value
 
 
 def _body(costs: Mapping[str, Any]) -> RobotModel:

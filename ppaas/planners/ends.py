@@ -100,7 +100,7 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
         )
     goal_pose = request.goal
     if not open_costs[costmap.data[goal]]:
-        goal = _free_cell_near(costmap, request, open_costs)
+        goal = free_cell_near(costmap, request, open_costs)
         x, y = costmap.info.to_world(goal).tolist()
         goal_pose = Pose2D(x, y, request.goal.theta)
     row, column = escaping[-1].tolist()
@@ -176,7 +176,7 @@ def _cell_of_start(costmap: Costmap, start: Pose2D) -> Cell:
     return cell
 
 
-def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[np.bool_]) -> Cell:
+def free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[np.bool_]) -> Cell:
     """Return the free cell whose centre is nearest to the goal, within the tolerance."""
     info = costmap.info
     # A tolerance may be far larger than the map.

@@ -192,6 +192,36 @@ class RestClient:
         """Remove the zones of a map."""
         await self._request("DELETE", _zones(map_id, message), headers=_if_match(if_match))
 
+    async def put_building(
+        self, building_id: str, building: bytes, message: str = "", if_match: str | None = None
+    ) -> dict[str, Any]:
+        """Put a building, or a new version of it; return its description with warnings."""
+        path = path_of("buildings", building_id) + (f"?{urlencode({'message': message})}" if message else "")
+        body = _Body("application/json", building)
+        answer: dict[str, Any] = _parse(await self._request("PUT", path, body, _if_match(if_match)))
+        return answer
+
+    async def check_building(self, building_id: str, building: bytes) -> dict[str, Any]:
+        """Check a building as if it were put, and change nothing; return what was found on its maps, and warnings."""
+        path = path_of("buildings", building_id, "check")
+        answer: dict[str, Any] = _parse(await self._request("POST", path, _Body("application/json", building)))
+        return answer
+
+    async def remove_building(self, building_id: str, if_match: str | None = None) -> None:
+        """Remove a building with all its versions; its maps stay."""
+        await self._request("DELETE", path_of("buildings", building_id), headers=_if_match(if_match))
+
+    async def plan_in_building(
+        self, building_id: str, start: Mapping[str, Any], goal: Mapping[str, Any], **options: Any
+    ) -> dict[str, Any]:
+        """Request a route over the floors of a building; ``options`` are other members, such as ``alternatives``.
+
+        Start and goal have ``floor``, ``x``, ``y`` [m] and, optionally, ``yaw`` [rad] in the frame of its map.
+        """
+        body = {"start": dict(start), "goal": dict(goal), **options}
+        answer: dict[str, Any] = await self.post(path_of("buildings", building_id, "plans"), body)
+        return answer
+
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
         """Register a robot, or replace its robot file."""
         await self._request("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))

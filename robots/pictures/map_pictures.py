@@ -191,6 +191,7 @@ MOST_OF_ZONES, LEAST_OF_ZONES = 4000, 1000
 _COLOURS: dict[str, Colour] = {
     "keep_out": (205, 38, 74), "speed_limit": (226, 142, 20), "one_way": (23, 95, 214), "lane": (23, 95, 214),
     "no_stop": (128, 60, 180), "capacity": (20, 140, 85), "station": (150, 90, 20),
+    "door": (190, 80, 30), "lift": (110, 70, 190), "passage": (110, 70, 190), "dock": (40, 120, 60),
 }  # fmt: skip
 _OTHER, _FAULT = (105, 113, 125), (255, 0, 0)
 _OPACITY = 60

@@ -14,6 +14,7 @@ from ppaas.errors import Damaged, NotFound
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.backup.manifest import BackupManifest, Block, StoredPart
 from storage.backup.repository import Repository
+from storage.buildings.records import BuildingRecord
 from storage.map_port import OpenMap
 from storage.migration.copying import Key, StoredKind
 from storage.migration.map_records import MapHistory
@@ -45,6 +46,7 @@ RECORDS: dict[str, Any] = {
     "people": MapPeople,
     "counts": PeopleCount,
     "tasks": MapTask,
+    "buildings": BuildingRecord,
     "webhooks": Webhook,
     "deliveries": WebhookDelivery,
     "plans": PlanRecord,

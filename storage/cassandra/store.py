@@ -6,7 +6,9 @@ import msgspec
 
 from ppaas.plans.encoding.granularity import inner_granularity
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.buildings.records import BuildingRecord
 from storage.cassandra.accounts import CassandraAccounts
+from storage.cassandra.buildings import CassandraBuildings
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.history import CassandraHistory
@@ -55,6 +57,7 @@ _RECORDS: dict[str, tuple[type[msgspec.Struct], tuple[str, ...]]] = {
     "clones": (CloneCheckpoint, ("user", "robot")),
     "people": (MapPeople, ("map", "user")),
     "tasks": (MapTask, ("user", "map", "id")),
+    "buildings": (BuildingRecord, ("user", "id")),
     "webhooks": (Webhook, ("user", "id")),
     "webhook_deliveries": (WebhookDelivery, ("user", "hook", "id")),
     "history": (PlannerHistory, ("map", "version", "planner", "bucket")),
@@ -70,6 +73,7 @@ class CassandraStore(
     CassandraHistory,
     CassandraPeople,
     CassandraTasks,
+    CassandraBuildings,
     CassandraWebhooks,
     CassandraLeases,
     CassandraSweep,
@@ -115,4 +119,5 @@ class CassandraStore(
         self._sweep_robots(user_id, generation)
         self._sweep_people(user_id, generation)
         self._sweep_tasks(user_id, generation)
+        self._sweep_buildings(user_id, generation)
         self._sweep_webhooks(user_id, generation)

@@ -7,6 +7,7 @@ from ppaas.errors import Conflict, NotFound
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.encoding import decode, encode
 from storage.history_checks import check_history, check_link
+from storage.memory.buildings import MemoryBuildings
 from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.memory.tasks import MemoryTasks
@@ -86,7 +87,9 @@ class MemoryHistory:
             return [self._links[name] for name in sorted(self._links)]
 
 
-class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryWebhooks, MemoryLeases, RobotShares):
+class MemoryStore(
+    MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryBuildings, MemoryWebhooks, MemoryLeases, RobotShares
+):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -97,6 +100,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryW
         MemoryHistory.__init__(self)
         MemoryPeople.__init__(self)
         MemoryTasks.__init__(self)
+        MemoryBuildings.__init__(self)
         MemoryWebhooks.__init__(self)
         MemoryLeases.__init__(self)
         self._lock = threading.Lock()
@@ -165,6 +169,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryW
             self._logs = {key: logs for key, logs in self._logs.items() if key[0] != user_id}
             self._forget_people(lambda key: key[0] == user_id)
             self._forget_tasks(lambda group: group[0] == user_id)
+            self._forget_buildings(user_id)
             self._forget_webhooks(user_id)
 
     def add_token(self, token: Token) -> None:

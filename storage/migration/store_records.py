@@ -1,4 +1,5 @@
-"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, tasks, webhooks, plans.
+"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, tasks, buildings,
+webhooks, plans.
 
 Records that belong to no user, such as a checkpoint written after its robot was removed, cannot be reached by any
 request and are not copied.
@@ -15,6 +16,7 @@ from ppaas.messages.health.stops import STOPS_RECORD
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.alerts.acknowledgements import ALERTS_RECORD, CLOUD
+from storage.buildings.records import BuildingRecord
 from storage.migration.copying import PAGE, Key, StoredKind, by_pages, each
 from storage.names import Group
 from storage.people import BEFORE_ALL, MapPeople, PeopleCount
@@ -161,6 +163,13 @@ def _task_keys(store: Store) -> Iterator[list[Key]]:
     return ([record.key for record in page] for group in store.task_groups() for page in of(group))
 
 
+def _building_keys(store: Store) -> Iterator[list[Key]]:
+    def of(user: str) -> Iterator[list[BuildingRecord]]:
+        return by_pages(lambda after: store.buildings(user, after=after, limit=PAGE), "", lambda record: record.id)
+
+    return ([record.key for record in page] for user in store.building_users() for page in of(user))
+
+
 def _webhook_keys(store: Store) -> Iterator[list[Key]]:
     return ([hook.key for hook in store.webhooks(user)] for user in store.webhook_users())
 
@@ -278,6 +287,13 @@ KINDS: tuple[StoredKind[Store], ...] = (
         each(lambda store, key: store.task(*key)),
         lambda store, task: store.put_task(task),
         lambda store, task, before: store.put_task(task, instead_of=before),
+    ),
+    _one_by_one(
+        "buildings",
+        _building_keys,
+        each(lambda store, key: store.building(*key)),
+        lambda store, building: store.put_building(building),
+        lambda store, building, before: store.put_building(building, instead_of=before),
     ),
     _one_by_one(
         "webhooks",

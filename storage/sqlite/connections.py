@@ -107,6 +107,10 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
         """CREATE TRIGGER IF NOT EXISTS users_changed AFTER UPDATE OF record ON users
            BEGIN INSERT OR IGNORE INTO unindexed_users VALUES (new.id); END""",
     ),
+    (
+        """CREATE TABLE IF NOT EXISTS buildings (user TEXT NOT NULL, id TEXT NOT NULL, record BLOB NOT NULL,
+           PRIMARY KEY (user, id)) STRICT""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

@@ -15,12 +15,14 @@ import msgspec
 from ppaas.errors import Conflict, NotFound
 from ppaas.plans.encoding.granularity import GRANULARITY
 from ppaas.plans.history import LinkHistory
+from storage.buildings.records import BuildingRecord
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.people import MapPeople
 from storage.records import CloneCheckpoint, CloneLogChange, Lease, MapTask, RobotRecord, Token, User, check_lease
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
+from storage.sqlite.buildings import SqliteBuildings
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
 from storage.sqlite.identities import SqliteIdentities
@@ -75,7 +77,7 @@ def _values(lease: Lease) -> tuple[str, int, int]:
 
 _OF_USER = (
     *("robots", "robot_shares", "urdfs", "clones", "clone_logs"),
-    *("people", "people_counts", "tasks", "webhooks", "webhook_deliveries"),
+    *("people", "people_counts", "tasks", "buildings", "webhooks", "webhook_deliveries"),
 )
 """Tables of what belongs to a user, beside the tokens."""
 
@@ -86,6 +88,7 @@ _RECORDS: dict[str, tuple[type[msgspec.Struct], str]] = {
     "clones": (CloneCheckpoint, "user || '/' || robot"),
     "people": (MapPeople, "map || '/' || user"),
     "tasks": (MapTask, "user || '/' || map || '/' || id"),
+    "buildings": (BuildingRecord, "user || '/' || id"),
     "webhooks": (Webhook, "user || '/' || id"),
     "webhook_deliveries": (WebhookDelivery, "user || '/' || hook || '/' || id"),
     "links": (LinkHistory, "link"),
@@ -104,6 +107,7 @@ class SqliteStore(
     SqliteHistory,
     SqlitePeople,
     SqliteTasks,
+    SqliteBuildings,
     SqliteWebhooks,
     SqliteLeases,
     RobotShares,
@@ -132,6 +136,7 @@ class SqliteStore(
         SqliteHistory.__init__(self, self._connections)
         SqlitePeople.__init__(self, self._connections)
         SqliteTasks.__init__(self, self._connections)
+        SqliteBuildings.__init__(self, self._connections)
         SqliteWebhooks.__init__(self, self._connections)
         SqliteLeases.__init__(self, self._connections)
 

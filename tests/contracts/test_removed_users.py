@@ -22,7 +22,7 @@ from storage.sharing_records import Share, TokenScope
 from storage.webhooks.records import Webhook
 from tests.servers.jars import OTHER_HADOOPS
 from tests.support.endpoints.fake_cloud import FakeCloud
-from tests.support.storage.records import clone, house, plan, put_map, robot
+from tests.support.storage.records import building, clone, house, plan, put_map, robot
 
 pytestmark = pytest.mark.parametrize(
     ("store", "map_store"),
@@ -66,6 +66,8 @@ async def give_all(services: Services) -> str:
     await services.accounts.change("ann", limits={"robots": 99}, regroup=lambda _: ("crew", "alone"))
     await services.accounts.change("bob", regroup=lambda _: ("crew",))
     put_map(services.map_store, house(owner="bob"), readers=("ann", "carl"))
+    store.put_building(building(owner="bob", readers=("ann", "carl")))
+    store.put_building(building(owner="ann"))
     shares = tuple(Share(to, "drive") for to in ("ann", "carl", "group:crew", "group:alone"))
     store.put_robot(robot("tb9", user="bob", shares=shares))
     store.put_robot(robot("tb1", user="ann"))
@@ -90,6 +92,8 @@ def left(services: Services) -> list[str]:
         "robots": store.robots("ann"),
         "tokens": store.tokens("ann"),
         "tasks": store.tasks("ann", "house"),
+        "buildings": store.buildings("ann"),
+        "buildings to read": [one.id for one in store.buildings("bob") if one.readable_by("ann")],
         "webhooks": store.webhooks("ann"),
         "groups": ann.groups,
         "limits": ann.limits != Limits(),
@@ -104,6 +108,7 @@ def left(services: Services) -> list[str]:
 
 def others_keep_theirs(services: Services) -> None:
     assert services.map_store.map_head("house").readers == ("carl",)
+    assert services.store.building("bob", "hq") == building(owner="bob", readers=("carl",))
     assert [share.to for share in services.store.robot("bob", "tb9").shares] == ["carl", "group:crew"]
     assert services.store.user("bob").groups == ("crew",)
     assert services.store.plan("p1").user == "ann", "what was planned stays, also with its author's name"
@@ -117,7 +122,7 @@ async def create_again(services: Services) -> None:
 
 async def test_a_later_user_of_the_same_id_has_nothing_of_the_former_one(services: Services) -> None:
     token = await give_all(services)
-    assert len(left(services)) == 12, "all of it is there before"
+    assert len(left(services)) == 14, "all of it is there before"
     await removal.remove_user(services, "ann")
     with pytest.raises(NotFound):
         services.store.user("ann")
@@ -181,10 +186,11 @@ async def test_what_requests_on_their_way_stored_for_a_user_who_was_gone_is_not_
     services.store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((1.0, 2.0, 0.0),))))
     services.store.put_robot(robot("tb1", user="ann"))
     services.store.put_webhook(Webhook(user="ann", id="wh-1", url="https://example.org", events=("*",)))
+    services.store.put_building(building())
     await removal.make_user_free(services, "ann")
     await services.accounts.register("ann", PASSWORD)
     assert services.store.tasks("ann", "house") == [] == services.store.robots("ann")
-    assert services.store.webhooks("ann") == []
+    assert services.store.webhooks("ann") == [] == services.store.buildings("ann")
 
 
 async def test_a_user_who_exists_loses_nothing_when_the_id_is_asked_for_again(services: Services) -> None:

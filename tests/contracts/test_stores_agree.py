@@ -24,7 +24,19 @@ from storage.sqlite.store import SqliteStore
 from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.reference.plans.map_store import PlainMaps
 from tests.support.budget import examples
-from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
+from tests.support.storage.records import (
+    GivenMap,
+    building,
+    clone,
+    found_map,
+    house,
+    pgm,
+    plan,
+    put_map,
+    robot,
+    token,
+    user,
+)
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
 grantees = names | names.map("group:{}".format)
@@ -168,6 +180,23 @@ class StoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.task(owner, map_id, name))
         self.same(lambda store: store.tasks(owner, map_id, after=name, limit=limit))
         self.same(lambda store: store.task_groups())
+
+    @rule(name=names, owner=names, versions=st.integers(1, 3), first=st.booleans())
+    def put_building(self, name: str, owner: str, versions: int, first: bool) -> None:
+        before = None if first else building(name, owner, versions=versions)
+        after = building(name, owner, versions=versions + (not first))
+        self.same(lambda store: store.put_building(after, instead_of=before))
+
+    @rule(name=names, owner=names, versions=st.none() | st.integers(1, 3))
+    def remove_building(self, name: str, owner: str, versions: int | None) -> None:
+        before = None if versions is None else building(name, owner, versions=versions)
+        self.same(lambda store: store.remove_building(owner, name, instead_of=before))
+
+    @rule(name=names, owner=names, limit=st.none() | st.integers(0, 3))
+    def look_for_buildings(self, name: str, owner: str, limit: int | None) -> None:
+        self.same(lambda store: store.building(owner, name))
+        self.same(lambda store: store.buildings(owner, after=name, limit=limit))
+        self.same(lambda store: store.building_users())
 
     @rule(name=names, owner=names, url=shades, first=st.booleans())
     def put_webhook(self, name: str, owner: str, url: int, first: bool) -> None:

@@ -30,11 +30,13 @@ from endpoints.webhooks.targets import TargetRules
 from engine.control import robot_navigation
 from engine.control.fleet_events import FleetEvents
 from engine.rights.roles import Role, check_may_publish
+from ppaas.buildings.building import Building, Floor
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS
 from ppaas.tasks.records import Task
+from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
@@ -52,7 +54,7 @@ from tests.support.world.urdf import example
 
 PAGE = "docs/security.md"
 PASSWORD = "correct horse"
-ROLES = ("nobody", "another user", "a reader of the map", "the owner", "an administrator")
+ROLES = ("nobody", "another user", "a reader of the map or building", "the owner", "an administrator")
 USERS = dict(zip(ROLES[1:], ("bob", "carl", "ann", "admin"), strict=True))
 POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 
@@ -92,6 +94,11 @@ BODIES: dict[str, Any] = {
     "log_in_by_code": {"code": "c", "verifier": "v" * 43, "nonce": "n" * 43},
     "log_in_by_device": {"device_code": "d", "verifier": "v" * 43},
     "log_in_by_access_token": {"access_token": "a"},
+    "put_building": {"floors": [{"name": "L1", "map": "house"}]},
+    "check_building": {"floors": [{"name": "L1", "map": "house"}]},
+    "change_building": {"readers": ["bob"]},
+    "plan_in_building": {"start": {"floor": "L1", "x": 1, "y": 1}, "goal": {"floor": "L1", "x": 2, "y": 1}},
+    "compute_building_costs": {"starts": [{"floor": "L1", "x": 1, "y": 1}], "goals": []},
     "create_webhook": {"url": "https://example.org", "events": ["*"]},
     "change_webhook": {"state": "paused"},
     "expire_data": {"dry_run": True},
@@ -147,6 +154,17 @@ def app() -> FastAPI:
 OPERATIONS = [Operation(described["operationId"], method, path) for path, method, described in operations()]
 
 
+def building_of_the_house() -> BuildingRecord:
+    """Return a building of ann with one floor, which carl may read."""
+    made = Building(floors=(Floor(name="L1", map="house"),))
+    return BuildingRecord(
+        user="ann",
+        id="hq",
+        present=BuildingVersion(number=1, building=made, author="ann", created=1.0),
+        readers=("carl",),
+    )
+
+
 async def seeded(passwords: Passwords) -> Seeded:
     store, cloud = MemoryStore(), FakeCloud()
     kept = kept_recordings(cloud, "ann", "tb1")
@@ -166,6 +184,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_robot(records.robot("tb1", user="ann", shares=(Share("dora", "look"),)))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
+    store.put_building(building_of_the_house())
     store.put_webhook(HOOK)
     store.put_delivery(DEAD)
     cloud.running = [container()]
@@ -206,7 +225,7 @@ async def answer(app: FastAPI, passwords: Passwords, operation: Operation, role:
         headers["Content-Type"] = "application/xml"
         sent["content"] = example("turtlebot3_burger")
     is_own = operation.id == "put_robot" and role != "an administrator"  # who may put a robot on a map that ann reads
-    own = {} if is_own else {"robot_id": "ann:tb1"}
+    own = {"building_id": "ann:hq"} | ({} if is_own else {"robot_id": "ann:tb1"})
     path = operation.path.format(**world.names | own)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://cloud") as client:
         found = await client.request(operation.method, path, headers=headers, **sent)

@@ -88,7 +88,7 @@ def world() -> tuple[Services, dict[str, str]]:
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
         "recording_id": RECORDING, "robot": "tb1", "task_id": "t1",
-        "webhook_id": "w1", "delivery_id": "d1",
+        "webhook_id": "w1", "delivery_id": "d1", "building_id": "ann:hq",
     }  # fmt: skip
     return services, names
 

@@ -103,7 +103,7 @@ async def plan_and_store(
         return PlanResponse(wanted.encode(fields), wanted.media_type, None)
     if not services.plan_writer.accepts:
         return PlanResponse(wanted.encode(fields | {"plan_id": ""}), wanted.media_type, None, status=200)
-    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer, poses))
+    store = partial(services.plan_writer.write, services.store, partial(plan_record, user, request, answer, poses))
     return PlanResponse(wanted.encode(fields), wanted.media_type, store)
 
 
@@ -144,7 +144,8 @@ def check_timeout(timeout: float, limits: RequestLimits) -> None:
         raise InvalidParameter(f"timeout must be at most {limits.max_plan_seconds:g} s, not {timeout:g} s")
 
 
-def _record(user: User, request: PathRequest, answer: PathAnswer, poses: Poses) -> PlanRecord:
+def plan_record(user: User, request: PathRequest, answer: PathAnswer, poses: Poses) -> PlanRecord:
+    """Return the record under which a new path is stored."""
     return PlanRecord(
         id=answer.plan_id,
         user=user.id,

@@ -95,7 +95,7 @@ def _joined(graph: RouteGraph, width: float, notes: GatheredNotes) -> RouteGraph
     ]
     kept_edges = [edge for edge in edges if edge.start != edge.end]
     nodes = {key: node for key, node in graph.nodes.items() if key not in gone}
-    return RouteGraph(nodes, kept_edges, graph.stations, graph.passing)
+    return RouteGraph(nodes, kept_edges, graph.stations, graph.passing, graph.marks)
 
 
 def _degrees(graph: RouteGraph) -> dict[str, int]:
@@ -109,7 +109,7 @@ def _degrees(graph: RouteGraph) -> dict[str, int]:
 def _without_conflicts(graph: RouteGraph, width: float, notes: GatheredNotes) -> RouteGraph:
     edges = list(graph.edges)
     for _ in range(MOST_LEFT_OUT):
-        found = RouteGraph(graph.nodes, edges, graph.stations, graph.passing)
+        found = RouteGraph(graph.nodes, edges, graph.stations, graph.passing, graph.marks)
         conflict = _conflict(found, width)
         if conflict is None:
             return found
@@ -122,7 +122,7 @@ def _without_conflicts(graph: RouteGraph, width: float, notes: GatheredNotes) ->
                 notes.refused(edge.part or edge.name, f"left out: {reason}")
         edges = [edge for edge in edges if {edge.start, edge.end} != ends]
     notes.without_effect("--radius", "more lanes are too near to each other; ppaas fleet lanes names them")
-    return RouteGraph(graph.nodes, edges, graph.stations, graph.passing)
+    return RouteGraph(graph.nodes, edges, graph.stations, graph.passing, graph.marks)
 
 
 def _conflict(graph: RouteGraph, width: float) -> LaneConflict | None:

@@ -8,11 +8,11 @@ from ppaas.fleet.lane_drawing import STRAIGHT
 from ppaas.imports.graphs.chains import LaneChain, Link, chains_of, links_of
 from ppaas.imports.graphs.limits import within_limits
 from ppaas.imports.graphs.model.gathered import GatheredNotes
-from ppaas.imports.graphs.model.route_graph import GraphStation, Place, RouteGraph
+from ppaas.imports.graphs.model.route_graph import GraphMark, GraphStation, Place, RouteGraph
 from ppaas.imports.report import ImportReport
 from ppaas.zones.gate import checked_zones
 from ppaas.zones.reading import geojson_of
-from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Point
+from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Point, Polygon
 from ppaas.zones.validity import line_fault
 from ppaas.zones.zone import (
     LONGEST_NAME,
@@ -22,7 +22,10 @@ from ppaas.zones.zone import (
     MOST_POSITIONS,
     AnyRule,
     Capacity,
+    Dock,
+    Door,
     Lane,
+    LiftCar,
     NoStop,
     SpeedZone,
     Station,
@@ -73,6 +76,7 @@ def zones_of_graph(graph: RouteGraph, report: ImportReport) -> ZoneSet:
     if graph.passing:
         zones.add("places to pass", NoStop, MultiPolygon([_outline(_disc(place)) for place in graph.passing]))
     _add_stations(zones, graph.stations, notes)
+    _add_marks(zones, graph.marks, notes)
     if links:
         ways = sum(chain.one_way for chain in chains)
         report.translated(
@@ -204,3 +208,22 @@ def _add_stations(zones: _Zones, stations: Sequence[GraphStation], notes: Gather
         zones.add(station.name, Station, Point(_rounded([station.place])[0]), yaw=yaw, uses=uses)
         what = f"station for {', '.join(uses)}" if uses else "station"
         notes.translated(station.part, what)
+
+
+def _add_marks(zones: _Zones, marks: Sequence[GraphMark], notes: GatheredNotes) -> None:
+    """Add doors, cars of lifts and docks; stations come before them, and names that are taken get a number."""
+    left = MOST_MARKS - sum(isinstance(zone.rule, Station) for zone in zones.found)
+    for number, mark in enumerate(marks):
+        if number >= left:
+            notes.refused(mark.part, f"a map may have {MOST_MARKS} stations, doors and docks")
+            continue
+        places = _rounded(mark.places)
+        match mark.kind:
+            case "door":
+                zones.add(mark.name, Door, LineString(places), lift=mark.lift)
+            case "lift":
+                zones.add(mark.name, LiftCar, Polygon([[*places, places[0]]]), lift=mark.lift)
+            case "dock":
+                yaw = round(mark.yaw or 0.0, _ROUND)
+                zones.add(mark.name, Dock, Point(places[0]), yaw=yaw, charges=mark.charges)
+                notes.translated(mark.part, "a dock, with the heading of a lane that ends there")

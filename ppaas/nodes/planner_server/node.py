@@ -187,6 +187,10 @@ class CostService:
             costmap = self._variants.variant(parameters).costmap
             origin = costmap.info.origin
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
+            lengths = self._variants.lengths(parameters, self._threads(), watch.check)
+            if lengths is not None:
+                ends = [[lengths.cell(x, y) for x, y in places.tolist()] for places in (starts, goals)]
+                return ComputeCostsResponse(_text(lengths.between(ends[0], ends[1], watch.check)), watch.seconds())
             costs = cost_matrix(
                 costmap, starts, goals, threads=self._threads(), check=watch.check, allow_unknown=unknown
             )

@@ -1,7 +1,7 @@
 """Variants of a costmap and of planners, for requests with their own parameters."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import msgspec
 
@@ -10,6 +10,9 @@ from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
+
+if TYPE_CHECKING:
+    from ppaas.planners.batch.path_lengths import PathLengths
 
 Given = Mapping[str, Any]
 """Parameters of a request, by name: its planner's and the global costmap's."""
@@ -41,6 +44,10 @@ class Variants(Protocol):
         """Return whether costs of paths lead through unknown cells; raises as ``planner`` does."""
         ...
 
+    def lengths(self, given: Given, threads: int, check: Callable[[], None]) -> "PathLengths | None":
+        """Return what measures lengths of paths if these parameters ask for lengths; raises as ``planner`` does."""
+        ...
+
     def variant(self, given: Given) -> Variant:
         """Return the costmap for these parameters, which may have to be made first; raises as ``planner`` does."""
         ...
@@ -54,6 +61,10 @@ class NoVariants:
         raise self._refusal()
 
     def allows_unknown(self, given: Given) -> bool:
+        """Raise ``InvalidParameter``."""
+        raise self._refusal()
+
+    def lengths(self, given: Given, threads: int, check: Callable[[], None]) -> "PathLengths | None":
         """Raise ``InvalidParameter``."""
         raise self._refusal()
 

@@ -78,6 +78,7 @@ _TABLES = {
                           PRIMARY KEY ((scope, x, y), created, id)) WITH CLUSTERING ORDER BY (created DESC, id ASC""",
     "tasks": """map text, user text, generation int, id text, record blob,
                 PRIMARY KEY (map, user, generation, id)""",
+    "buildings": "user text, generation int, id text, record blob, PRIMARY KEY (user, generation, id)",
     "webhooks": "user text, generation int, id text, record blob, PRIMARY KEY (user, generation, id)",
     "webhook_deliveries": """user text, hook text, generation int, id text, record blob,
                              PRIMARY KEY ((user, hook), generation, id)""",

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -274,11 +275,13 @@ class FakePlanning(FakePart, Planning):
         return answer, poses
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
-        """Answer with cost 50 for each goal except the first, to which there is no path."""
+        """Answer with cost 50 for each goal except the first, to which there is no path; lengths are distances."""
         self._cloud.costs_asked.append((user, version, request))
         self._cloud.fail()
-        row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
-        costs = Raw(json.dumps([row] * len(request.starts)))
+        rows: list[list[float | None]] = [[None, *[50.0] * (len(request.goals) - 1)]] * len(request.starts)
+        if request.parameters.get("lengths"):
+            rows = [[math.dist(start[:2], goal[:2]) for goal in request.goals] for start in request.starts]
+        costs = Raw(json.dumps(rows))
         return CostAnswer(costs, 0.001, "c9", 4711, version.id, version.version)
 
     async def plan_fleet(self, user: str, version: MapVersion, request: FleetRequest) -> FleetAnswer:

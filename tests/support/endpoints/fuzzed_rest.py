@@ -34,7 +34,7 @@ from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillRobot
 from tests.support.endpoints.traffic import add_traffic
 from tests.support.recordings.kept import RECORDING, kept_recordings
-from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
+from tests.support.storage.records import building, house, pgm, plan, propose, put_map, robot
 
 TOKEN = "of an administrator"
 MAP, ROBOT, USER = "office", "tb1", "ann"
@@ -61,6 +61,7 @@ KNOWN = {
     "recording_id": RECORDING,
     "robot": ROBOT,
     "task_id": "t1",
+    "building_id": "hq",
     "webhook_id": "wh-1",
     "delivery_id": "msg_1",
 }
@@ -93,6 +94,8 @@ class FuzzedService:
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
         add_traffic(self.cloud, "root", MAP)
+        if not store.buildings("root"):
+            store.put_building(building(owner="root"))
         store.put_webhook(Webhook(user="root", id="wh-1", url="https://example.org", events=("*",)))
         given = {"user": "root", "hook": "wh-1", "event": "goal.reached", "body": b"{}", "created": 1.0}
         store.put_delivery(WebhookDelivery(id="msg_1", state="dead", ended=2.0, **given))  # type: ignore[arg-type]

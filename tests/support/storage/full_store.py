@@ -13,7 +13,7 @@ from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import MapTask, PlanRecord, Publication
 from storage.webhooks.records import Webhook, WebhookDelivery
-from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
+from tests.support.storage.records import building, clone, house, pgm, plan, put_map, robot, token, user
 
 USERS = ("ann", "bob", "carl")
 KINDS = (
@@ -25,6 +25,7 @@ KINDS = (
     "people",
     "counts",
     "tasks",
+    "buildings",
     "webhooks",
     "deliveries",
     "plans",
@@ -73,6 +74,8 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     for number in range(70):
         task = Task(id=f"k{number}", kind="go_to", places=((1.0, 2.0, 0.5),), labels={"lift": "yes"}, reason="é")
         store.put_task(MapTask("bob" if number == 0 else "ann", "m0", task))
+    for number, owner in enumerate(("ann", "bob")):
+        store.put_building(building("hq", owner, readers=("*",), versions=1 + number))
     for name in ("wh-1", "wh-2"):
         store.put_webhook(Webhook(user="ann", id=name, url="https://a.b/é", events=("goal.*",), secret=b"\x00\xff"))
     for number in range(70):

@@ -13,8 +13,8 @@ from storage.urls.registry import MAP_STORES
 
 WRITES = (
     "add_user", "add_token", "put_robot", "put_urdf", "save_clone", "add_plans", "add_history", "put_link", "publish",
-    "roll_back", "put_people_settings", "add_people_counts", "put_task", "put_webhook",
-    "put_delivery",
+    "roll_back", "put_people_settings", "add_people_counts", "put_task", "put_building",
+    "put_webhook", "put_delivery",
 )  # fmt: skip
 
 

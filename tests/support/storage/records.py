@@ -6,6 +6,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ppaas.buildings.building import Building, Floor
+from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.memory.maps import MemoryMapStore
 from storage.ports import MapStore
 from storage.records import (
@@ -62,6 +64,23 @@ def clone(robot_id: str = "tb1", **fields: Any) -> CloneCheckpoint:
     return CloneCheckpoint(
         **({"user": "ann", "robot": robot_id, "nodes": {"amcl": b"\x00\xff"}, "saved": 7.0} | fields)
     )
+
+
+def building(
+    building_id: str = "hq", owner: str = "ann", readers: tuple[str, ...] = (), versions: int = 1
+) -> BuildingRecord:
+    """Return a building in a number of versions, of which each has a floor more than the one before."""
+
+    def made(number: int) -> BuildingVersion:
+        floors = tuple(Floor(name=f"L{level}", map=f"hq-{level}", elevation=3.5 * level) for level in range(number))
+        return BuildingVersion(
+            number=number, building=Building(floors=floors), author=owner, created=float(number), message="é"
+        )
+
+    record = BuildingRecord(user=owner, id=building_id, present=made(1), readers=readers)
+    for number in range(2, versions + 1):
+        record = record.followed_by(made(number))
+    return record
 
 
 class GivenMap(msgspec.Struct, frozen=True):

@@ -195,6 +195,7 @@ def with_a_store() -> list[tuple[str, str]]:
         "recording_id": "x",
         "robot": "tb1",
         "task_id": "t1",
+        "building_id": "hq",
         "webhook_id": "w1",
         "delivery_id": "d1",
     }
@@ -235,6 +236,11 @@ BODIES: dict[str, object] = {
     "/v1/release": STOP,
     "/v1/maps/house/stop": STOP,
     "/v1/maps/house/release": STOP,
+    "/v1/buildings/hq": {"floors": [{"name": "L1", "map": "house"}]},
+    "PATCH /v1/buildings/hq": {"readers": ["bob"]},
+    "/v1/buildings/hq/check": {"floors": [{"name": "L1", "map": "house"}]},
+    "/v1/buildings/hq/plans": {"start": {"floor": "L1", "x": 0, "y": 0}, "goal": {"floor": "L1", "x": 1, "y": 1}},
+    "/v1/buildings/hq/costs": {"starts": [{"floor": "L1", "x": 0, "y": 0}], "goals": []},
     "/v1/webhooks": {"url": "https://example.org", "events": ["*"]},
     "/v1/webhooks/w1": {"state": "paused"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
@@ -259,7 +265,8 @@ async def admin(client: httpx.AsyncClient, log_in: LogIn, services: Services, pa
 async def test_a_failing_store_is_unavailable_and_not_an_internal_error(
     client: httpx.AsyncClient, admin: dict[str, str], method: str, path: str
 ) -> None:
-    given: dict[str, Any] = {"json": BODIES[path]} if method in ("POST", "PUT", "PATCH") and path in BODIES else {}
+    body = BODIES.get(f"{method} {path}", BODIES.get(path) if method in ("POST", "PUT", "PATCH") else None)
+    given: dict[str, Any] = {} if body is None else {"json": body}
     if (method, path) == ("POST", "/v1/maps"):
         given = {"data": {"id": "house"}, "files": {"yaml": ("m.yaml", YAML), "image": ("house.pgm", pgm())}}
     if (method, path) == ("PUT", "/v1/robots/tb1/urdf"):

@@ -44,8 +44,14 @@ def on_map(graph: RouteGraph, info: GridInfo, report: ImportReport) -> RouteGrap
         else:
             notes.refused(station.part, reason)
     passing = [place for place in found.passing if _inside(info, [place])[0]]
+    marks = []
+    for mark in found.marks:
+        if all(_inside(info, list(mark.places))):
+            marks.append(mark)
+        else:
+            notes.refused(mark.part, reason)
     notes.write(report)
-    return RouteGraph(found.nodes, edges, stations, passing)
+    return RouteGraph(found.nodes, edges, stations, passing, marks)
 
 
 def _inside(info: GridInfo, places: list[Place]) -> list[bool]:
@@ -72,6 +78,7 @@ def _without(graph: RouteGraph, gone: set[str], reason: str, report: ImportRepor
         [edge for edge in graph.edges if edge.start not in gone and edge.end not in gone],
         [station for station in graph.stations if is_place(station.place)],
         [place for place in graph.passing if is_place(place)],
+        [mark for mark in graph.marks if all(map(is_place, mark.places))],
     )
 
 
@@ -85,7 +92,7 @@ class GraphBuilder:
     """
 
     def __init__(self, notes: GatheredNotes) -> None:
-        self.graph = RouteGraph({}, [], [], [])
+        self.graph = RouteGraph({}, [], [], [], [])
         self._notes = notes
         self._edges: set[str] = set()
 

@@ -1,7 +1,7 @@
 """Graph of routes: nodes in the plane, directed edges between them, and stations; what all formats are read into."""
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import msgspec
 
@@ -87,6 +87,34 @@ class GraphStation(msgspec.Struct, frozen=True):
     part: str = ""
 
 
+class GraphMark(msgspec.Struct, frozen=True):
+    """Door, car of a lift, or dock, as zones of maps have them.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+    places : tuple of Place
+        Both ends of a door, the corners of a car, the place of a dock.
+    lift : str
+        Lift of a door or a car.
+    yaw : float, optional
+        Heading of a robot in a dock [rad].
+    charges : bool
+        Whether a dock charges.
+    part : str
+        Where it is in the file.
+    """
+
+    name: str
+    kind: Literal["door", "lift", "dock"]
+    places: tuple[Place, ...]
+    lift: str = ""
+    yaw: float | None = None
+    charges: bool = True
+    part: str = ""
+
+
 class RouteGraph(msgspec.Struct):
     """Graph of one floor.
 
@@ -99,12 +127,14 @@ class RouteGraph(msgspec.Struct):
     stations : list of GraphStation
     passing : list of Place
         Places where robots do not stop.
+    marks : list of GraphMark
     """
 
     nodes: dict[str, GraphNode] = {}
     edges: list[GraphEdge] = []
     stations: list[GraphStation] = []
     passing: list[Place] = []
+    marks: list[GraphMark] = []
 
 
 class GraphOptions(msgspec.Struct, frozen=True):
@@ -169,6 +199,12 @@ def moved(graph: RouteGraph, shift: tuple[float, float, float]) -> RouteGraph:
             for station in graph.stations
         ],
         [move(place) for place in graph.passing],
+        [
+            replace(
+                mark, places=tuple(map(move, mark.places)), yaw=None if mark.yaw is None else wrapped(mark.yaw + yaw)
+            )
+            for mark in graph.marks
+        ],
     )
 
 

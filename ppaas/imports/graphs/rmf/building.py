@@ -1,15 +1,16 @@
 """Buildings of Open-RMF (``.building.yaml`` of its traffic editor): the lanes and named vertices of one floor."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ppaas.imports.graphs.model.cleaning import is_place
 from ppaas.imports.graphs.model.gathered import GatheredNotes
-from ppaas.imports.graphs.model.route_graph import GraphOptions, Place, ReadGraph, RouteGraph, points_of
+from ppaas.imports.graphs.model.route_graph import GraphMark, GraphOptions, Place, ReadGraph, RouteGraph, points_of
 from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, items, levels_of
 from ppaas.imports.graphs.rmf.levels import RmfBuilding, places_of, raw_place, value_of
+from ppaas.imports.graphs.rmf.lifts import RmfLift, lifts_of
 from ppaas.imports.graphs.rmf.nav_graph import chosen_level
 from ppaas.imports.report import ImportReport
 
@@ -24,24 +25,43 @@ _PARTS: Mapping[str, str] = {
     "constraints": "constraints that align layers are not needed",
     "holes": "holes of the floor are not imported; draw a keep-out zone",
     "zones": "zones of Open-RMF have no effect",
-    "elevation": "maps are in the plane",
 }
 """Parts of a floor that have no effect, and why."""
 
 
 def building_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOptions) -> ReadGraph:
-    """Return the graph of one floor of a decoded building.
+    """Return the graph of one floor of a decoded building, with its doors, docks and landings of lifts.
 
     Raises
     ------
     InvalidInput
         It has no floors, or not the one that was asked for, or its scale is not known.
     """
+    building = rmf_building_of(tree, report)
+    name = chosen_level(building.levels, options.level, building.reference, report)
+    graph = floor_graph_of(building, name, lifts_of(building, report, options), report, options)
+    for part, reason in WITHOUT_EFFECT.items():
+        if tree.get(part):
+            report.without_effect(part, reason)
+    return ReadGraph(graph, report)
+
+
+WITHOUT_EFFECT: Mapping[str, str] = {"crowd_sim": "no people are simulated"}
+"""Parts of a building that have no effect, and why."""
+
+
+def rmf_building_of(tree: Mapping[str, Any], report: ImportReport) -> RmfBuilding:
+    """Return a decoded building; ``InvalidInput`` if it has no floors."""
     levels = levels_of(tree, report.source)
     named = str(tree.get("reference_level_name"))
-    building = RmfBuilding(tree, levels, named if named in levels else next(iter(levels)))
-    name = chosen_level(levels, options.level, building.reference, report)
-    level, notes = levels[name], GatheredNotes()
+    return RmfBuilding(tree, levels, named if named in levels else next(iter(levels)))
+
+
+def floor_graph_of(
+    building: RmfBuilding, name: str, lifts: Sequence[RmfLift], report: ImportReport, options: GraphOptions
+) -> RouteGraph:
+    """Return the graph of a floor, in the frame of the building."""
+    level, notes = building.levels[name], GatheredNotes()
     lanes = _chosen_lanes(level, name, report, options)
     raw = [raw_place(each) for each in items(level, "vertices")]
     known = [at for at, place in enumerate(raw) if place is not None]
@@ -62,20 +82,16 @@ def building_graph_of(tree: Mapping[str, Any], report: ImportReport, options: Gr
         properties = _properties(lane, 2)
         both_ways = properties.pop("bidirectional", False) is True
         reader.add_lane(at, (index_of(lane[0]), index_of(lane[1])), properties, both_ways=both_ways)
+    reader.add_docks()
     graph = reader.builder.graph
-    _note_doors(level, places, graph, f"levels.{name}", report)
+    graph.marks += _doors(level, places, graph, f"levels.{name}", report)
+    graph.marks += [mark for lift in lifts for mark in lift.marks(name)]
     for part, reason in _PARTS.items():
         if level.get(part):
             report.without_effect(f"levels.{name}.{part}", reason)
-    for part, reason in (
-        ("lifts", "lifts have no effect: robots stay on their floor"),
-        ("crowd_sim", "no people are simulated"),
-    ):
-        if tree.get(part):
-            report.without_effect(part, reason)
     report.taken(f"levels.{name}", f"{len(graph.nodes)} vertices on lanes")
     notes.write(report)
-    return ReadGraph(graph, report)
+    return graph
 
 
 def _chosen_lanes(
@@ -106,22 +122,30 @@ def _properties(given: list[Any], at: int) -> dict[str, Any]:
     return {str(key): value_of(value) for key, value in found.items()} if isinstance(found, dict) else {}
 
 
-def _note_doors(
+def _doors(
     level: Mapping[str, Any], places: Mapping[int, Place], graph: RouteGraph, part: str, report: ImportReport
-) -> None:
-    """Report the doors, and which lanes lead through each."""
+) -> list[GraphMark]:
+    """Return the doors of a floor, and report which lanes lead through each."""
     import shapely  # noqa: PLC0415 - only imports of graphs need it
 
     lanes = [(edge.part, ends) for edge in graph.edges if all(map(is_place, ends := points_of(graph, edge)))]
     lines = shapely.linestrings(np.array([points for _, points in lanes])) if lanes else np.empty(0, object)
+    found: list[GraphMark] = []
     for at, door in enumerate(items(level, "doors")):
         if not isinstance(door, list) or len(door) < 2 or not all(isinstance(end, int) for end in door[:2]):
             report.refused(f"{part}.doors[{at}]", "a door is [from, to, {…}]")
             continue
-        name = _properties(door, 2).get("name", "")
+        name = str(_properties(door, 2).get("name") or f"door {at}")
+        where = f"{part}.doors[{at}] {name}"
+        one, other = (places.get(end) for end in door[:2])
+        if one is None or other is None or not (is_place(one) and is_place(other)) or one == other:
+            report.refused(where, "its ends are not two vertices of the floor")
+            continue
         crossed: list[str] = []
-        if all(end in places and is_place(places[end]) for end in door[:2]) and len(lines):
-            leaf = shapely.LineString([places[end] for end in door[:2]])
+        if len(lines):
+            leaf = shapely.LineString([one, other])
             crossed = sorted({lanes[number][0] for number in np.nonzero(shapely.intersects(lines, leaf))[0]})
-        through = f"; lanes lead through it: {', '.join(crossed)}" if crossed else "; no lane leads through it"
-        report.without_effect(f"{part}.doors[{at}] {name}".strip(), f"robots drive on as if doors were open{through}")
+        through = f"lanes lead through it: {', '.join(crossed)}" if crossed else "no lane leads through it"
+        report.translated(where, f"a door; {through}")
+        found.append(GraphMark(name, "door", (one, other), part=where))
+    return found

@@ -9,7 +9,7 @@ import yaml
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.model.cleaning import GraphBuilder
 from ppaas.imports.graphs.model.gathered import GatheredNotes
-from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphNode, GraphStation, Place
+from ppaas.imports.graphs.model.route_graph import GraphEdge, GraphMark, GraphNode, GraphStation, Place, wrapped
 from ppaas.imports.yaml_depth import check_depth
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -26,17 +26,17 @@ _WITHOUT_EFFECT: Mapping[str, str] = {
     "spawn_robot_type": "simulated robots are not made of buildings",
     "spawn_robot_name": "simulated robots are not made of buildings",
     "human_goal_set_name": "goals of simulated people are not imported",
-    "lift_cabin": "lifts have no effect",
-    "lift": "lifts have no effect",
+    "lift_cabin": "cars of lifts are areas, not vertices",
+    "lift": "cars of lifts are areas, not vertices",
     "merge_radius": "robots begin on the lane that is nearest to them",
     "workcell_name": "work cells are not asked; tasks go to stations",
     "orientation": "robots choose their heading along lanes",
     "orientation_constraint": "robots choose their heading along lanes",
-    "demo_mock_floor_name": "lifts have no effect",
-    "demo_mock_lift_name": "lifts have no effect",
-    "door_name": "doors have no effect: robots drive on as if they were open",
-    "dock_name": "docking manoeuvres are not run",
-    "undock_name": "docking manoeuvres are not run",
+    "demo_mock_floor_name": "simulated lifts are not made of lanes",
+    "demo_mock_lift_name": "simulated lifts are not made of lanes",
+    "door_name": "doors are lines across the way, not lanes",
+    "dock_name": "docks are at named vertices, not on lanes",
+    "undock_name": "docks are at named vertices, not on lanes",
 }
 
 KNOWN = {
@@ -98,6 +98,9 @@ class RmfReader:
     def __init__(self, notes: GatheredNotes, part: str) -> None:
         self.builder = GraphBuilder(notes)
         self._notes, self._part = notes, part
+        self._docks: dict[str, str] = {}
+        self._charges: dict[str, bool] = {}
+        self._backward: set[str] = set()
 
     def add_vertex(self, index: int, place: Place, name: str, properties: Mapping[str, Any]) -> None:
         """Add a vertex as a node, and as a station if it has a name or a use."""
@@ -111,13 +114,37 @@ class RmfReader:
         if _is_set(properties.get(PASSING)):
             self.builder.graph.passing.append(place)
             self._notes.translated(f"{part}.{PASSING}", "a zone in which robots do not stop")
+        if _is_set(properties.get("is_charger")) or _is_set(properties.get("dock_name")):
+            given = properties.get("dock_name")
+            self._docks[str(index)] = given if isinstance(given, str) and given else f"{name or f'v{index}'} dock"
+            self._charges[str(index)] = _is_set(properties.get("is_charger"))
         self._note_others(part, properties, USES)
+
+    def add_docks(self) -> None:
+        """Add a dock at each charger and each vertex with a ``dock_name``, with the heading of a lane that ends there.
+
+        Call it once all lanes are added.
+        """
+        graph = self.builder.graph
+        for key, name in self._docks.items():
+            node = graph.nodes[key]
+            lane = next((edge for edge in graph.edges if edge.end == key), None)
+            if lane is None:
+                self._notes.without_effect(f"{node.part} {name}", "no lane leads to it: draw a dock with its heading")
+                continue
+            (x0, y0), (x1, y1) = graph.nodes[lane.start].place, node.place
+            yaw = math.atan2(y1 - y0, x1 - x0) + (math.pi if lane.part in self._backward else 0.0)
+            charges = self._charges[key]
+            mark = GraphMark(name, "dock", (node.place,), yaw=wrapped(yaw), charges=charges, part=f"{node.part} {name}")
+            graph.marks.append(mark)
 
     def add_lane(self, index: int, ends: tuple[str, str], properties: Mapping[str, Any], *, both_ways: bool) -> None:
         """Add a lane as one or two edges."""
         part = f"{self._part}.lanes[{index}]"
         speed = number(properties.get("speed_limit"))
         group = properties.get("mutex")
+        if properties.get("orientation") == "backward":
+            self._backward.add(part)
         limit = speed if speed is not None and 0.0 < speed <= 100.0 else None
         mutex = group if isinstance(group, str) else ""
         edge = GraphEdge(f"lane {index}", *ends, (), limit, None, mutex, part)

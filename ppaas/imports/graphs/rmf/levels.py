@@ -33,6 +33,10 @@ _RADIUS = 6_378_137.0
 _WEB = "EPSG:3857"
 
 
+AGREE = 0.5
+"""Distance between fiducials of two floors up to which they agree [m]."""
+
+
 class Similarity(NamedTuple):
     """Scale, rotation [rad] and shift [m] of a floor."""
 
@@ -47,6 +51,12 @@ class Similarity(NamedTuple):
             self.scale * (cosine * x - sine * y) + self.shift[0],
             self.scale * (sine * x + cosine * y) + self.shift[1],
         )
+
+    def back(self) -> tuple[float, float, float]:
+        """Return the pose of the frame of the building in the frame of the floor, both in metres."""
+        cosine, sine = math.cos(self.rotation), math.sin(self.rotation)
+        x, y = self.shift
+        return -cosine * x - sine * y, sine * x - cosine * y, -self.rotation
 
 
 class RmfBuilding(NamedTuple):
@@ -149,6 +159,13 @@ def similarity_of(building: RmfBuilding, level: str, report: ImportReport, optio
         errors = [
             math.dist(found.place(*ours[name]), (scale * theirs[name][0], scale * theirs[name][1])) for name in common
         ]
+        worst = common[errors.index(max(errors))]
+        if max(errors) > AGREE:
+            report.refused(
+                f"{part} {worst}",
+                f"fiducials of {level} and {building.reference} do not agree: this one is {max(errors):.2f} m from "
+                f"where the fit of all {len(common)} puts it; move it in one of the drawings",
+            )
         report.translated(
             part,
             f"scale {found.scale:.6g} m and rotation {math.degrees(found.rotation):.2f}° by {len(common)} fiducials in "

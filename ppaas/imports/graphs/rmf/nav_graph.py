@@ -5,7 +5,7 @@ from typing import Any
 
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.model.gathered import GatheredNotes
-from ppaas.imports.graphs.model.route_graph import GraphOptions, ReadGraph
+from ppaas.imports.graphs.model.route_graph import GraphMark, GraphOptions, ReadGraph
 from ppaas.imports.graphs.rmf.fields import RmfReader, index_of, items, levels_of, number
 from ppaas.imports.report import ImportReport
 
@@ -48,9 +48,10 @@ def nav_graph_of(tree: Mapping[str, Any], report: ImportReport, options: GraphOp
         properties = lane[2] if len(lane) > 2 and isinstance(lane[2], dict) else {}
         both_ways = properties.get("is_bidirectional") is True
         reader.add_lane(at, (index_of(lane[0]), index_of(lane[1])), properties, both_ways=both_ways)
+    reader.add_docks()
+    reader.builder.graph.marks += _doors(tree, name, report)
     for part, reason in (
-        ("doors", "doors have no effect: robots drive on as if they were open"),
-        ("lifts", "lifts have no effect: robots stay on their floor"),
+        ("lifts", "it has no landing doors of lifts: import the building, or draw them"),
         ("zones", "zones of Open-RMF have no effect"),
         ("crs_name", "positions are taken as metres in the frame of the map"),
         ("offset", "it was not subtracted from the positions, as in Open-RMF; --shift X Y YAW moves them"),
@@ -75,6 +76,24 @@ def chosen_level(
             empty = "" if name in with_lanes else ", without lanes"
             report.without_effect(f"levels.{name}", f"another floor{empty}; import it with --level {name}")
     return chosen
+
+
+def _doors(tree: Mapping[str, Any], level: str, report: ImportReport) -> list[GraphMark]:
+    """Return the doors of a floor, which site editors write: ``{NAME: {endpoints: [[x, y], [x, y]], map: LEVEL}}``."""
+    doors = tree.get("doors")
+    found = []
+    for name, given in doors.items() if isinstance(doors, dict) else ():
+        door = given if isinstance(given, dict) else {}
+        if str(door.get("map", level)) != level:
+            continue
+        ends = door.get("endpoints")
+        places = [_place(each) for each in ends] if isinstance(ends, list) else []
+        if len(places) != 2 or places[0] is None or places[1] is None or places[0] == places[1]:
+            report.refused(f"doors.{name}", "a door has two endpoints, each [x, y]")
+            continue
+        report.translated(f"doors.{name}", "a door")
+        found.append(GraphMark(str(name), "door", (places[0], places[1]), part=f"doors.{name}"))
+    return found
 
 
 def _place(vertex: Any) -> tuple[float, float] | None:

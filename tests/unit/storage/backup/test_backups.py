@@ -27,7 +27,7 @@ from tests.support.storage.records import clone, house, pgm, plan, put_map, robo
 
 SIZES = {
     "users": 3, "tokens": 3, "robots": 14, "URDFs": 2, "checkpoints": 5, "people": 2, "counts": 100, "tasks": 70,
-    "webhooks": 2, "deliveries": 70,
+    "buildings": 2, "webhooks": 2, "deliveries": 70,
     "plans": 80, "history": 3, "links": 1, "maps": 2,
 }  # fmt: skip
 

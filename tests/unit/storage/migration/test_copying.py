@@ -29,7 +29,7 @@ from tests.support.storage.records import clone, found_map, house, pgm, plan, pr
 
 SIZES = {
     "users": 3, "tokens": 3, "robots": 14, "URDFs": 2, "checkpoints": 5, "people": 2, "counts": 100, "tasks": 70,
-    "webhooks": 2, "deliveries": 70,
+    "buildings": 2, "webhooks": 2, "deliveries": 70,
     "plans": 80, "history": 3, "links": 1,
 }  # fmt: skip
 

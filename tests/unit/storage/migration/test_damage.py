@@ -59,6 +59,7 @@ def test_nothing_is_damaged_in_a_whole_store(file: Path) -> None:
         "clones",
         "people",
         "tasks",
+        "buildings",
         "webhooks",
         "webhook_deliveries",
         "links",
@@ -70,7 +71,8 @@ def test_nothing_is_damaged_in_a_whole_store(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "table", ["users", "tokens", "robots", "clones", "people", "tasks", "webhooks", "webhook_deliveries", "links"]
+    "table",
+    ["users", "tokens", "robots", "clones", "people", "tasks", "buildings", "webhooks", "webhook_deliveries", "links"],
 )
 @pytest.mark.parametrize("at", [0, 12, -1])
 def test_a_damaged_record_is_named_alone(file: Path, changed: sqlite3.Connection, table: str, at: int) -> None:

@@ -10,7 +10,7 @@ import yaml
 from ppaas.errors import InvalidInput
 from ppaas.imports.graphs.model.route_graph import GraphOptions
 from ppaas.imports.graphs.reading import import_graph, read_graph
-from ppaas.zones.zone import Capacity, NoStop, SpeedZone
+from ppaas.zones.zone import Capacity, Dock, Door, LiftCar, NoStop, SpeedZone
 from tests.support.graphs import NO_EFFECT, REFUSED, TRANSLATED, segments_of, texts
 
 VERTICES = [
@@ -64,10 +64,9 @@ def test_lanes_are_in_metres_with_y_upwards() -> None:
     assert texts(report, TRANSLATED)["levels.L1.measurements"] == "a pixel is 0.05 m, by 1 measurements; y upwards"
     nothing = texts(report, NO_EFFECT)
     assert nothing["graph 3"] == "1 lanes of another fleet; import them with --graph 3"
-    assert (
-        nothing["levels.L1.doors[0] gate"]
-        == "robots drive on as if doors were open; lanes lead through it: levels.L1.lanes[0]"
-    )
+    assert texts(report, TRANSLATED)["levels.L1.doors[0] gate"] == "a door; lanes lead through it: levels.L1.lanes[0]"
+    assert rules["gate"] == Door(name="gate")
+    assert rules["d"] == Dock(name="d", yaw=0.0, charges=True)
     assert nothing["levels.L1.vertices[3] corner"] == "on no lane of this graph"
     assert nothing["levels.L1.walls"] == "the grid of the map has the walls"
     assert nothing["levels.L1.lanes[0].orientation"] == "robots choose their heading along lanes"
@@ -81,10 +80,78 @@ def test_another_graph_is_chosen() -> None:
 def test_places_to_pass_are_zones_without_stops() -> None:
     vertices = [[*VERTICES[0], {"is_passthrough_point": [4, True], "flag": [1, "x"]}], *VERTICES[1:]]
     zones, report = import_graph(building(levels={"L1": FLOOR | {"vertices": vertices}}), "shop")
-    assert zones.zones[-2].rule == NoStop(name="places to pass") or zones.zones[-1].rule == NoStop(
-        name="places to pass"
-    )
+    assert NoStop(name="places to pass") in [zone.rule for zone in zones.zones]
     assert texts(report, NO_EFFECT)["levels.L1.vertices[0].flag"] == "no property of Open-RMF that is known here"
+
+
+LIFT = {
+    "x": 100.0, "y": 100.0, "yaw": 0.0, "width": 2.0, "depth": 3.0, "reference_floor_name": "L1",
+    "doors": {
+        "front": {"x": 0.25, "y": 1.6, "width": 1.0, "motion_axis_orientation": 0.0},
+        "right": {"x": 1.0, "y": 0.0, "width": 0.8, "motion_axis_orientation": 1.57},
+    },
+    "level_doors": {"L1": ["front"], "L2": ["right", "front"]},
+}  # fmt: skip
+
+
+def marks(kind: str, zones: Any) -> dict[str, Any]:
+    return {zone.name: zone for zone in zones.zones if zone.rule.__struct_config__.tag == kind}
+
+
+def test_lifts_are_cars_and_landing_doors_on_the_floors_that_they_serve() -> None:
+    content = building(levels={"L1": FLOOR, "L2": FLOOR, "L3": FLOOR}, lifts={"north": LIFT})
+    zones, report = import_graph(content, "shop", GraphOptions(level="L1"))
+    assert texts(report, TRANSLATED)["lifts.north"] == "a car of 2 × 3 m that stops on L1, L2"
+    [car] = marks("lift", zones).values()
+    assert car.rule == LiftCar(name="north", lift="north")
+    assert car.geometry.coordinates == [[[4.0, -6.5], [6.0, -6.5], [6.0, -3.5], [4.0, -3.5], [4.0, -6.5]]]
+    door = marks("door", zones)["north front"]
+    assert door.rule.lift == "north"
+    assert door.geometry.coordinates == [[4.75, -3.45], [5.75, -3.45]]
+    upper, _ = import_graph(content, "shop", GraphOptions(level="L2"))
+    assert marks("door", upper)["north right"].geometry.coordinates == [[6.05, -5.4], [6.05, -4.6]]
+    assert {"north right", "north front", "gate"} == marks("door", upper).keys()
+    without, _ = import_graph(content, "shop", GraphOptions(level="L3"))
+    assert marks("lift", without) == {}
+
+
+def test_the_heading_of_a_lift_turns_its_car_and_doors() -> None:
+    zones, _ = import_graph(building(lifts={"north": LIFT | {"yaw": 1.5707963}}), "shop")
+    door = marks("door", zones)["north front"]
+    assert door.geometry.coordinates == [[3.45, -5.25], [3.45, -4.25]]
+
+
+@pytest.mark.parametrize(
+    ("change", "part", "text"),
+    [
+        ({"x": None}, "lifts.north", "a lift has x, y, width and depth"),
+        ({"depth": 0.0}, "lifts.north", "a lift has x, y, width and depth"),
+        ({"reference_floor_name": "L9"}, "lifts.north", "its reference_floor_name 'L9' is no level: it may be L1"),
+        ({"level_doors": {"L9": ["front"]}}, "lifts.north.level_doors.L9", "no such level: there are L1"),
+        ({"level_doors": {"L1": ["back"]}}, "lifts.north.level_doors.L1", "the lift has no door 'back' with x, y"),
+    ],
+)
+def test_lifts_that_are_wrong_are_refused(change: dict[str, Any], part: str, text: str) -> None:
+    _, report = import_graph(building(lifts={"north": LIFT | change}), "shop")
+    assert texts(report, REFUSED)[part].startswith(text)
+
+
+@pytest.mark.parametrize("junk", [None, 3.7, "x", [1], {"a": 1}, {"north": 3}, {"north": {"x": "y"}}])
+def test_any_values_of_lifts_are_read(junk: object) -> None:
+    zones, _ = import_graph(building(lifts=junk), "shop")
+    assert marks("lift", zones) == {}
+
+
+def test_docks_have_the_heading_of_a_lane_that_ends_there() -> None:
+    charger = {"is_charger": [4, True]}
+    vertices = [[0.0, 0.0, 0, "a"], [0.0, 100.0, 0, "b", charger], [100.0, 0.0, 0, "", charger]]
+    lanes = [[0, 1, {"bidirectional": [4, True], "orientation": [1, "backward"]}], [2, 0, {}]]
+    floor = FLOOR | {"vertices": vertices, "lanes": lanes, "measurements": [], "doors": []}
+    zones, report = import_graph(building(levels={"L1": floor}), "shop")
+    [dock] = marks("dock", zones).values()
+    assert (dock.name, dock.rule.charges) == ("b dock", True)
+    assert dock.rule.yaw == pytest.approx(1.5708)  # backwards along -y
+    assert texts(report, NO_EFFECT)["levels.L1.vertices[2] v2 dock"].startswith("no lane leads to it")
 
 
 def test_other_floors_take_scale_and_turn_from_fiducials() -> None:

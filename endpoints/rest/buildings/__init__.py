@@ -1,0 +1,1 @@
+"""Buildings: floors, which are maps, and the lifts, doors, ways and docks on them."""

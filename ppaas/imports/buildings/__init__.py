@@ -1,0 +1,1 @@
+"""Buildings of other programs: all floors at once, with their maps."""

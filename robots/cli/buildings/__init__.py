@@ -1,0 +1,1 @@
+"""Command for buildings, and the import of buildings of other programs."""

@@ -1,0 +1,1 @@
+"""Buildings of users: records, and the port of stores of them."""
