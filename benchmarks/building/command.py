@@ -51,10 +51,9 @@ def _plans(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
 def _rides(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
     # ``ppaas bench --help`` loads this module.
     from benchmarks.building import rides  # noqa: PLC0415
-    from benchmarks.harness.figures import measured  # noqa: PLC0415
 
     rode = progress.track(rides.measure(arguments.rides, arguments.seed), total=arguments.rides, description="rides")
-    return measured(list(rides.figures(list(rode)[-1])))
+    return list(rode)[-1]
 
 
 PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {"plans": _plans, "rides": _rides}

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.figures import Figure
 from ppaas.buildings.building import Building, Floor
 from ppaas.buildings.layout import BuildingLayout, layout_of
 from ppaas.buildings.riding.car_frame import Ride
@@ -80,6 +79,36 @@ class RideScores:
     seconds: list[float] = field(default_factory=list)
     errors: list[float] = field(default_factory=list)
 
+    @property
+    def passed(self) -> bool:
+        """Whether all floors were known, and all robots localized in time."""
+        return 0 < self.rides == self.known and not self.late
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return the figures as a table."""
+        within = f"within {WITHIN:g} m, at most {TIME:g} s after leaving"
+        rows: list[dict[str, object]] = [
+            {"measured": "floor known", "value": f"{self.known} of {self.rides}", "of": "rides"},
+            {"measured": "another floor believed", "value": self.wrong, "of": "rides"},
+            {"measured": "localized in time", "value": f"{self.rides - self.late} of {self.rides}", "of": within},
+        ]
+        if self.seconds:
+            rows.append({"measured": "time until then", "value": _spread(self.seconds), "of": "s: median, longest"})
+            rows.append({"measured": "error then", "value": _spread(self.errors), "of": "m: median, largest"})
+        return rows
+
+    def sentences(self) -> list[str]:
+        """Return what the rides were."""
+        return [
+            f"Rides between {FLOORS} floors with an error of the odometry of {DRIFT:.0%}; {WRONG:.0%} end on another "
+            f"floor than ordered, {SILENT:.0%} of the lifts say nothing, half of the others name the ordered floor "
+            f"whatever happens, and {BAROMETER:.0%} of the robots have a barometer."
+        ]
+
+
+def _spread(values: list[float]) -> str:
+    return f"{sorted(values)[len(values) // 2]:.3g}, {max(values):.3g}"
+
 
 # -- buildings that are made up ----------------------------------------------------------------------------------------
 
@@ -88,9 +117,9 @@ def made_up(seed: int) -> MadeUp:
     """Return a building."""
     random = np.random.default_rng(seed)
     names = [f"L{number + 1}" for number in range(FLOORS)]
-    frames = {name: Pose2D(*random.uniform(-20.0, 20.0, 2).tolist(), 0.0) for name in names}
+    frames = {name: Pose2D(*map(float, random.uniform(-20.0, 20.0, 2))) for name in names}
     floors = tuple(
-        Floor(name=name, map=f"map-{name}", elevation=STOREY * number, anchor=tuple(frames[name]))
+        Floor(name=name, map=f"map-{name}", elevation=STOREY * number, anchor=(frames[name].x, frames[name].y, 0.0))
         for number, name in enumerate(names)
     )
     layers, truth, zones = {}, {}, {}
@@ -167,12 +196,18 @@ def _zones(frame: Pose2D) -> ZoneSet:
 # -- rides -------------------------------------------------------------------------------------------------------------
 
 
+def _near(random: np.random.Generator, deviation: float, turn: float) -> Pose2D:
+    """Return a random pose around the origin, with these standard deviations [m, rad]."""
+    x, y = random.normal(0.0, deviation, 2)
+    return Pose2D(float(x), float(y), float(random.normal(0.0, turn)))
+
+
 class LeavingRobot:
     """A robot that leaves a car: where it really is, and what its odometry says."""
 
     def __init__(self, made: MadeUp, floor: str, pose: Pose2D, random: np.random.Generator) -> None:
         self._info, self._occupied = made.layers[floor].grid.info, made.truth[floor]
-        self.pose, self.odom = pose, Pose2D(*random.uniform(-5.0, 5.0, 2).tolist(), float(random.uniform(-3.0, 3.0)))
+        self.pose, self.odom = pose, _near(random, 5.0, 3.0)
         self._random = random
         self._scale, self._turn = 1.0 + random.normal(0.0, DRIFT), random.normal(0.0, DRIFT_TURN)
 
@@ -198,9 +233,9 @@ def ride(made: MadeUp, random: np.random.Generator, scores: RideScores) -> None:
     others = [floor for floor in landings if floor not in (origin, destination)]
     floor = str(random.choice(others)) if random.random() < WRONG else destination
     belief = _belief(made.layout.building, random, (origin, destination, floor))
-    inside = Pose2D(*random.normal(0.0, 0.15, 2).tolist(), float(random.normal(0.0, 0.2)))
+    inside = _near(random, 0.15, 0.2)
     robot = LeavingRobot(made, floor, Pose2D(*landings[floor].car) @ inside, random)
-    error = Pose2D(*random.normal(0.0, 0.05, 2).tolist(), float(random.normal(0.0, 0.03)))
+    error = _near(random, 0.05, 0.03)
     ridden = Ride(made.layout.building, landings[origin], Pose2D(*landings[origin].car) @ inside @ error, robot.odom)
     candidates = {
         name: (made.layers[name], ridden.on(landing, robot.odom))
@@ -270,21 +305,3 @@ def measure(rides: int, seed: int) -> Iterator[RideScores]:
             made = made_up(seed + number)
         ride(made, random, scores)
         yield scores
-
-
-def figures(scores: RideScores) -> Iterator[Figure]:
-    """Yield the figures of rides."""
-    note = (
-        f"{scores.rides} rides between {FLOORS} floors, {WRONG:.0%} end on another floor, {SILENT:.0%} of lifts silent"
-    )
-    known = 100.0 * scores.known / scores.rides
-    yield Figure("rides", "floor known", known, "%", limit=100.0, floor=True, note=note)
-    yield Figure("rides", "another floor believed", float(scores.wrong), "rides", limit=0.0)
-    within = 100.0 * (scores.rides - scores.late) / scores.rides
-    what = f"within {WITHIN:g} m at most {TIME:g} s after leaving"
-    yield Figure("rides", "localized in time", within, "%", limit=100.0, floor=True, note=what)
-    if scores.seconds:
-        seconds, errors = sorted(scores.seconds), sorted(scores.errors)
-        middle = len(seconds) // 2
-        yield Figure("rides", "until localized", seconds[middle], "s", seconds[0], seconds[-1], limit=TIME)
-        yield Figure("rides", "error then", errors[middle], "m", errors[0], errors[-1], limit=WITHIN)

@@ -12,14 +12,20 @@ def test_robots_know_their_floor_and_pose_after_rides() -> None:
     scores = list(rides.measure(8, seed=3))[-1]
     assert (scores.rides, scores.known, scores.wrong, scores.late) == (8, 8, 0, 0)
     assert max(scores.seconds) <= rides.TIME and max(scores.errors) <= rides.WITHIN
-    found = {figure.name: figure.value for figure in rides.figures(scores)}
-    assert found["floor known"] == found["localized in time"] == 100.0
+    assert scores.passed
+    assert {row["measured"]: row["value"] for row in scores.rows()}["floor known"] == "8 of 8"
+    assert "5% end on another" in scores.sentences()[0]
 
 
 def test_a_ride_after_which_nothing_is_known_counts_as_late() -> None:
     scores = rides.RideScores(rides=4, known=3, late=1, seconds=[0.1, 0.2, 2.0], errors=[0.01, 0.02, 0.03])
-    found = {figure.name: figure.value for figure in rides.figures(scores)}
-    assert (found["floor known"], found["localized in time"], found["until localized"]) == (75.0, 75.0, 0.2)
+    found = {row["measured"]: row["value"] for row in scores.rows()}
+    assert (found["floor known"], found["localized in time"], found["time until then"]) == (
+        "3 of 4",
+        "3 of 4",
+        "0.2, 2",
+    )
+    assert not scores.passed and not rides.RideScores().passed and len(rides.RideScores().rows()) == 3
 
 
 def test_a_robot_whose_pose_in_the_car_is_wrong_is_found_in_the_lobby() -> None:
