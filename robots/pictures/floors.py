@@ -10,9 +10,12 @@ from PIL import Image, ImageDraw
 from ppaas.errors import InvalidInput
 from ppaas.maps.grid import GridMap
 from robots.pictures.map_pictures import draw_zones
-from robots.pictures.path import FAINT, GOAL, INK, PAPER, PATH, START, check_picture
+from robots.pictures.path import FAINT, GOAL, INK, PAPER, START, check_picture
 
 _GAP, _HEAD, _DOT = 24, 40, 5
+_ROUTE = (222, 31, 113)
+"""Colour of paths, which is not the one of lanes."""
+
 _MOST, _LEAST = 900, 400
 """Longest side of a floor [pixels], and that to which a small one is enlarged."""
 
@@ -32,7 +35,7 @@ class FloorPicture:
         brush = ImageDraw.Draw(image.picture)
         for path in self.paths:
             points = image.pixels(np.array([row[:2] for row in path], float))
-            brush.line(points, fill=PATH, width=3)
+            brush.line(points, fill=_ROUTE, width=5)
             for (x, y), colour in ((points[0], START), (points[-1], GOAL)):
                 brush.ellipse((x - _DOT, y - _DOT, x + _DOT, y + _DOT), fill=colour)
         return image.picture

@@ -78,7 +78,8 @@ def _legs(times: Times, route: Route, goal: Goal, ends: tuple[Place, Place], ses
             name = network.floors[floor]
             yield Leg("drive", name, name, at, place, metres, metres / times.traveller.speed)
         else:
-            yield _crossing(times, number, following)
+            place = _turned(place)
+            yield _crossing(times, number, following, place)
         number, floor, at = following, to_floor, place
 
 
@@ -96,16 +97,23 @@ def _length(times: Times, route: Route, goal: Goal, number: int, following: int)
     return float(times.state.lengths[floor][here, following - parts[floor].start])
 
 
-def _crossing(times: Times, number: int, following: int) -> Leg:
+def _turned(place: Place) -> Place:
+    """Return the pose of a robot that leaves what is entered with this one."""
+    x, y, yaw = place
+    return x, y, wrap_angle(yaw + math.pi)
+
+
+def _crossing(times: Times, number: int, following: int, out: Place) -> Leg:
+    """Return the leg through a door, a lift or a way, which ends with this pose."""
     network = times.network
     here, there = network.junctions[number], network.junctions[following]
     floor, to_floor = network.floors[here.floor], network.floors[there.floor]
     if here.floor == there.floor:
         link = next(each for each in network.doors if (each.start, each.goal) == (number, following))
-        return Leg("door", floor, floor, here.place, there.place, link.metres, times.seconds_of(link), link.name)
+        return Leg("door", floor, floor, here.place, out, link.metres, times.seconds_of(link), link.name)
     link = times.link_between(number, following)
     kind: Literal["lift", "way"] = "lift" if link.way is None else "way"
-    return Leg(kind, floor, to_floor, here.place, there.place, link.metres, times.seconds_of(link), link.name)
+    return Leg(kind, floor, to_floor, here.place, out, link.metres, times.seconds_of(link), link.name)
 
 
 def _first_ride(times: Times, landing: int, session: Session) -> Leg:
@@ -113,9 +121,7 @@ def _first_ride(times: Times, landing: int, session: Session) -> Leg:
     network, junction = times.network, times.network.junctions[landing]
     ride = network.ride(session.lift, network.number_of[session.floor], landing)
     assert isinstance(junction.of, Landing)
-    x, y, yaw = junction.place
-    out = x, y, wrap_angle(yaw + math.pi)
     return Leg(
-        "lift", session.floor, network.floors[junction.floor], junction.of.car, out,
+        "lift", session.floor, network.floors[junction.floor], junction.of.car, _turned(junction.place),
         ride.metres, times.seconds_of(ride), session.lift,
     )  # fmt: skip

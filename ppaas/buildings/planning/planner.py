@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.planning.doors import with_doors_shut
-from ppaas.buildings.planning.network import Network
+from ppaas.buildings.planning.network import Chain, Network
 from ppaas.buildings.planning.routes import DIRECT, Goal, Route, Start, alternatives
 from ppaas.buildings.planning.times import BuildingState, Matrix, Times, Traveller
 from ppaas.costmap.costmap import Costmap
@@ -22,27 +22,50 @@ Spot = tuple[str, float, float]
 """Place in a building: floor, and x, y in the frame of its map [m]."""
 
 _MORE = math.sqrt(2.0) - 1.0
-_SAME = 1e-9
+_SAME = 1e-6
+"""Lengths that differ by less are the same [m]."""
 _NO_CELLS = np.empty((0, 2), np.int32)
 
 
-@dataclass(frozen=True, slots=True)
-class BuildingPath:
-    """Route with the paths at both ends.
+class BuildingPath(NamedTuple):
+    """Best route, with the paths at both ends.
 
     Parameters
     ----------
-    route : Route
-    goal : Goal
+    seconds : float
+        Time from start to goal [s].
+    chain : Chain
+        Junctions on the way, and the lifts and ways that are taken.
     first, last : (n, 2) int32 array
         Cells of the path from the start to the first junction, and from the last one to the goal; ``last`` is empty if
         the robot drives directly.
+    floors : (int, int)
+        Floors of start and goal.
+    speed : float
+        Speed of the robot [m/s].
+    metres : (array, array, float)
+        Lengths from the start, and from the goal, to the junctions of their floors, and between both [m]: exact where
+        the route leads, and elsewhere lower bounds.
     """
 
-    route: Route
-    goal: Goal
+    seconds: float
+    chain: Chain
     first: Cells
     last: Cells
+    floors: tuple[int, int]
+    speed: float
+    metres: tuple[Matrix, Matrix, float]
+
+    @property
+    def route(self) -> Route:
+        """The route, of which ``legs_of`` makes legs."""
+        start = Start(self.floors[0], self.metres[0] / self.speed, self.metres[2] / self.speed)
+        return Route(self.seconds, start, self.chain)
+
+    @property
+    def goal(self) -> Goal:
+        """The goal, with its times."""
+        return Goal(self.floors[1], self.metres[1] / self.speed)
 
 
 class FloorPaths:
@@ -63,16 +86,14 @@ class FloorPaths:
         self.paths = paths
         self.cells = [paths.cell(x, y) for x, y, _ in places]
         self.lengths = paths.between(self.cells, self.cells, check)
+        self.reaches = np.isfinite(self.lengths)
         self._resolution = paths.costmap.info.resolution
         # A junction that is in a wall is infinitely far away.
-        self._rows, self._columns = (
-            np.array([math.inf if cell is None else cell[axis] for cell in self.cells]) for axis in (0, 1)
-        )
+        self._places = np.array([complex(math.inf) if cell is None else complex(*cell) for cell in self.cells])
 
     def bounds(self, cell: Cell) -> Matrix:
-        """Return lower bounds of the lengths from a cell to the junctions [m]."""
-        rows, columns = np.abs(self._rows - cell[0]), np.abs(self._columns - cell[1])
-        bounds: Matrix = self._resolution * (np.maximum(rows, columns) + _MORE * np.minimum(rows, columns))
+        """Return lower bounds of the lengths from a cell to the junctions [m]: the distances."""
+        bounds: Matrix = self._resolution * np.abs(self._places - complex(*cell))
         return bounds
 
     def apart(self, cell: Cell, other: Cell) -> float:
@@ -82,23 +103,38 @@ class FloorPaths:
 
 
 class _FromEnd:
-    """Times from an end to the junctions of its floor: lower bounds, and exact ones with paths once they are needed."""
+    """Lengths from an end to the junctions of its floor: lower bounds, and exact ones with paths once they are needed.
 
-    __slots__ = ("_cell", "_floor", "_speed", "paths", "seconds")
+    Parameters
+    ----------
+    floor : FloorPaths
+    cell : (row, column)
+    """
 
-    def __init__(self, floor: FloorPaths, cell: Cell, speed: float) -> None:
-        self._floor, self._cell, self._speed = floor, cell, speed
-        self.seconds = floor.bounds(cell) / speed
+    __slots__ = ("_cell", "_floor", "metres", "paths")
+
+    def __init__(self, floor: FloorPaths, cell: Cell) -> None:
+        self._floor, self._cell = floor, cell
+        self.metres = floor.bounds(cell)
         self.paths: list[Cells | None] = [None] * len(floor.cells)
 
     def measure(self, number: int) -> float:
-        """Compute the path to a junction, and return by how much its time exceeds the bound [s]."""
-        cell, paths = self._floor.cells[number], self._floor.paths
+        """Compute the path to a junction unless it is known, and return by how much its length exceeds the bound [m].
+
+        The other bounds rise by the triangle inequality: two junctions are not farther apart than by way of the end.
+        """
+        if self.paths[number] is not None:
+            return 0.0
+        cell, floor, metres = self._floor.cells[number], self._floor, self.metres
         assert cell is not None  # its bound is finite
-        path = self.paths[number] = paths.path(self._cell, cell)
-        bound, exact = self.seconds.item(number), paths.length(path) / self._speed
-        self.seconds[number] = exact
-        return exact - bound
+        path = self.paths[number] = floor.paths.path(self._cell, cell)
+        length, bound = floor.paths.length(path), metres.item(number)
+        if length < math.inf:
+            np.maximum(metres, np.abs(floor.lengths[number] - length), out=metres)
+        else:
+            metres[floor.reaches[number]] = math.inf
+        metres[number] = length
+        return length - bound
 
 
 def _of(path: Cells | None) -> Cells:
@@ -167,32 +203,29 @@ class BuildingPlanner:
         here, there = self._number(start[0]), self._number(goal[0])
         one, other = self.floors[here], self.floors[there]
         a, b = self._cell(start, here, StartOccupied), self._cell(goal, there, GoalOccupied)
-        leaving, entering = _FromEnd(one, a, times.traveller.speed), _FromEnd(other, b, times.traveller.speed)
-        total = leaving.seconds[:, None] + times.between(here, there) + entering.seconds
-        direct, cells = (one.apart(a, b) / times.traveller.speed, None) if here == there else (math.inf, _NO_CELLS)
+        leaving, entering, speed = _FromEnd(one, a), _FromEnd(other, b), times.traveller.speed
+        between = times.between(here, there) * speed
+        direct, cells = (one.apart(a, b), None) if here == there else (math.inf, _NO_CELLS)
         while True:
+            total = leaving.metres[:, None] + between + entering.metres
             at = int(total.argmin()) if total.size else -1
             least = total.item(at) if at >= 0 else math.inf
             if direct <= least:
                 if cells is not None:
                     break
                 cells = one.paths.path(a, b)
-                direct = one.paths.length(cells) / times.traveller.speed
+                direct = one.paths.length(cells)
                 continue
             row, column = divmod(at, total.shape[1])
-            if leaving.paths[row] is None:
-                total[row] += leaving.measure(row)
-            if entering.paths[column] is None:
-                total[:, column] += entering.measure(column)
-            if total.item(at) <= least + _SAME:
+            if leaving.measure(row) + entering.measure(column) <= _SAME:
                 chain = times.chain(self.network.parts[here].start + row, self.network.parts[there].start + column)
-                route = Route(least, Start(here, leaving.seconds, direct), chain)
-                first, last = leaving.paths[row], entering.paths[column]
-                return BuildingPath(route, Goal(there, entering.seconds), _of(first), _of(last)[::-1])
+                metres = leaving.metres, entering.metres, direct
+                first, last = _of(leaving.paths[row]), _of(entering.paths[column])[::-1]
+                return BuildingPath(least / speed, chain, first, last, (here, there), speed, metres)
         if direct == math.inf:
             return None
-        route = Route(direct, Start(here, leaving.seconds, direct), DIRECT)
-        return BuildingPath(route, Goal(there, entering.seconds), cells, _NO_CELLS)
+        metres = leaving.metres, entering.metres, direct
+        return BuildingPath(direct / speed, DIRECT, cells, _NO_CELLS, (here, there), speed, metres)
 
     def alternatives(self, times: Times, start: Spot, goal: Spot, count: int) -> tuple[list[Route], Goal]:
         """Return up to ``count`` routes by other lifts and ways, the best first, and the goal with its times.

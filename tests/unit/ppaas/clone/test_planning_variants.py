@@ -10,14 +10,17 @@ import pytest
 from ppaas.clone.planning_variants import MOST_COSTMAPS, PlanningVariants, allows_unknown, planner_with, split
 from ppaas.costmap.build_layers import build_layers
 from ppaas.distribution import BrokenPlugin
-from ppaas.errors import InvalidParameter, NotFound
+from ppaas.errors import InvalidParameter, NotFound, NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.registry import PLANNERS
+from ppaas.planners.watch import proceed
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.robot_model.description import circumscribed_radius
 from ppaas.robot_model.known_models import robot_model
+from ppaas.zones.shapes import LineString
+from ppaas.zones.zone import Door, Zone, ZoneSet
 from tests.support.world.planar_world import walled_map
 
 MAP = walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)])
@@ -85,6 +88,47 @@ def test_plans_of_other_parameters_have_other_ids_and_conditions(variants):
         None, None, None, {"inflation_radius": 0.2}, None,
     ]  # fmt: skip
     assert [conditions["robot_radius"] for conditions in found.values()] == [0.18, 0.18, 0.1, 0.18, 0.18]
+
+
+WAY_ROUND = ZoneSet([Zone(LineString([[2.9, 2.6], [2.9, 3.9]]), Door(name="hall"))])
+"""Door in the opening of the wall of `MAP`."""
+
+
+def test_doors_of_the_map_are_walls_where_that_is_asked_for() -> None:
+    variants = PlanningVariants(build_layers(MAP, zones=WAY_ROUND), ReuseSetup("house", "v1"))
+    request, conditions = PlanRequest(Pose2D(1.0, 1.0), Pose2D(5.0, 1.0)), []
+    for given in ({}, {"shut_doors": False}, {"shut_doors": True, "inflation_radius": 0.3}, {"shut_doors": True}):
+        costmap, processor = variants.variant(given)
+        planner = variants.planner("hub_labels", given)
+        if given.get("shut_doors"):
+            with pytest.raises(NoValidPath):
+                processor.plan(planner, costmap, request)
+            found = processor.plan(planner, costmap, PlanRequest(Pose2D(1.0, 1.0), Pose2D(1.5, 1.0)))
+        else:
+            found = processor.plan(planner, costmap, request)
+        conditions.append(found.conditions.get("shut_doors"))
+    assert conditions == [None, None, True, True]
+    assert variants.variant({"shut_doors": True}) is variants.variant({"shut_doors": True})
+
+
+def test_lengths_are_measured_where_costs_are_to_be_lengths() -> None:
+    variants = PlanningVariants(build_layers(MAP, zones=WAY_ROUND), ReuseSetup())
+    assert variants.lengths({}, 1, proceed) is None
+    found = {}
+    for shut in (False, True):
+        lengths = variants.lengths({"lengths": True, "shut_doors": shut, "robot_radius": 0.2}, 1, proceed)
+        assert lengths is not None
+        cells = [lengths.cell(1.0, 1.0), lengths.cell(5.0, 1.0)]
+        found[shut] = lengths.between(cells[:1], cells[1:])[0, 0]
+    assert 5.0 < found[False] < 7.0
+    assert found[True] == np.inf
+
+
+@pytest.mark.parametrize("name", ["shut_doors", "lengths"])
+def test_switches_are_true_or_false(variants, name: str) -> None:
+    assert variants.allows_unknown({name: True})
+    with pytest.raises(InvalidParameter, match=f"{name} must be true or false"):
+        variants.allows_unknown({name: "yes"})
 
 
 def test_a_planner_that_uses_the_outline_gets_it(variants):

@@ -87,7 +87,7 @@ async def test_plans_and_costs_are_those_of_a_planner_in_one_process(seed: int) 
                     await planning.plan("ann", scene, spot(start), spot(goal))
                 continue
             [route] = await planning.plan("ann", scene, spot(start), spot(goal))
-            assert route.seconds == pytest.approx(found.route.seconds, abs=1e-4)
+            assert route.seconds == pytest.approx(found.seconds, abs=1e-4)
             assert sum(leg.seconds for leg in route.legs) == pytest.approx(route.seconds, abs=1e-4)
     costs = await planning.costs("ann", scene, [spot(each) for each in places], [spot(each) for each in places])
     assert costs == pytest.approx(planner.costs(times, places, places), abs=1e-4)

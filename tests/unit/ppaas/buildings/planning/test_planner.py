@@ -40,14 +40,14 @@ def test_a_plan_takes_the_least_time(seed: int, traveller: Traveller) -> None:
                 continue
             expected = times_from(free, jumps, {own: 0.0}, RESOLUTION / traveller.speed).get(to, math.inf)
             found = planner.plan(times, start, goal)
-            assert (math.inf if found is None else found.route.seconds) == pytest.approx(expected, abs=1e-4)
+            assert (math.inf if found is None else found.seconds) == pytest.approx(expected, abs=1e-4)
             assert planner.costs(times, [start], [goal])[0, 0] == pytest.approx(expected, abs=1e-4)
             if found is not None:
                 legs = legs_of(times, found.route, found.goal, ((*start[1:], 0.0), (*goal[1:], 0.0)))
                 assert sum(leg.seconds for leg in legs) == pytest.approx(expected, abs=1e-4)
                 assert (legs[0].floor, legs[-1].to_floor) == (start[0], goal[0])
                 assert all(one.goal == other.start for one, other in itertools.pairwise(legs))
-                assert tuple(leg.name for leg in legs if leg.kind in ("lift", "way")) == found.route.chain.names
+                assert tuple(leg.name for leg in legs if leg.kind in ("lift", "way")) == found.chain.names
 
 
 @given(SEEDS, st.sampled_from(TRAVELLERS[:2]))
@@ -66,7 +66,7 @@ def test_alternatives_are_the_best_by_other_lifts_and_ways(seed: int, traveller:
     best = planner.plan(times, start, goal)
     assert bool(found) == (best is not None)
     if best is not None:
-        assert found[0].seconds == pytest.approx(best.route.seconds, abs=1e-4)
+        assert found[0].seconds == pytest.approx(best.seconds, abs=1e-4)
     simple = [route for route in found if len(set(route.chain.names)) == len(route.chain.names)]
     least = sorted(expected.values())[: len(simple)]
     assert [route.seconds for route in simple] == pytest.approx(least, abs=1e-4)
@@ -80,7 +80,7 @@ def test_paths_at_the_ends_are_on_the_floors_of_start_and_goal() -> None:
     planner = two_floors().planner()
     found = planner.plan(planner.times(Traveller()), ("L0", 0.1, 0.1), ("L1", 5.9, 5.9))
     assert found is not None
-    assert found.route.chain.names == ("north",)
+    assert found.chain.names == ("north",)
     assert found.first[0].tolist() == [0, 0]
     assert found.last[-1].tolist() == [23, 23]
 

@@ -221,6 +221,15 @@ def test_costs_have_the_parameters_of_the_request():
     assert "a cost matrix has no parameter 'smooth'" in str(refused)
 
 
+def test_costs_may_be_lengths_of_paths_instead_and_are_null_for_ends_in_walls():
+    given = '{"lengths": true}'
+    lengths = json.loads(costs_of(goals=[*GOALS, Pose2D(3.0, 0.5), Pose2D(99.0, 0.0)], parameters=given).costs)
+    path = ask_costs("compute_path", ComputePathRequest(Pose.of(STARTS[0]), Pose.of(GOALS[0]), planner="hub_labels"))
+    assert lengths[0][0] == pytest.approx(path.length, abs=0.1)
+    assert lengths[0][2] == 0.0
+    assert lengths[0][4] is None
+
+
 def test_unreachable_goal_has_a_null_cost():
     layers = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
     graph, answers = Graph(), []
