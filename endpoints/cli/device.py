@@ -119,7 +119,8 @@ def _hosts(url: str) -> Any:
 async def _try(trial: _Trial) -> None:
     """Show states, and send orders until the device has obeyed."""
     loop = asyncio.get_running_loop()
-    began, seen, obeyed = loop.time(), [], asyncio.Event()
+    began, obeyed = loop.time(), asyncio.Event()
+    seen: list[dict[str, Any]] = []
 
     def show(state: Any) -> None:
         members = msgspec.to_builtins(state)

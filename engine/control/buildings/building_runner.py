@@ -23,10 +23,10 @@ from ppaas.buildings.lifts.states import (
     LiftAlert,
     LiftOrder,
     LiftRequest,
+    LiftRide,
     LiftState,
     Refuse,
     RemoveRide,
-    Ride,
     StoreRide,
     Wait,
 )
@@ -88,7 +88,7 @@ class BuildingRunner:
     hooks : BuildingHooks
     hosts : DeviceHosts
         Hosts that devices may have.
-    rides : iterable of Ride
+    rides : iterable of LiftRide
         Stored rides.
     """
 
@@ -99,7 +99,7 @@ class BuildingRunner:
         hooks: BuildingHooks,
         hosts: DeviceHosts,
         *,
-        rides: Iterable[Ride] = (),
+        rides: Iterable[LiftRide] = (),
         clock: Clock | None = None,
     ) -> None:
         self._hooks = hooks

@@ -13,9 +13,9 @@ from ppaas.buildings.lifts.states import (
     LiftAlert,
     LiftOrder,
     LiftRequest,
+    LiftRide,
     Phase,
     Refuse,
-    Ride,
     Wait,
 )
 
@@ -30,6 +30,9 @@ GONE = 8.0
 
 NO_RADIO = 90.0
 """Time for which a robot in the car or its doorway may be silent [s]: there is no radio in many cars."""
+
+OUT_OF_ORDER, UNHEARD = 2.0, 10.0
+"""Time after which robots do not wait any more for a lift that is out of order, or silent [s]."""
 
 NO_PROGRESS, TAKEN = 60.0, 180.0
 """Time without progress after which robots that wait are refused, and for as long as people have the lift [s]."""
@@ -105,7 +108,7 @@ class Attendant:
                 orders += [*self._car.end(ride.robot, now), Refuse(ride.robot, reason)]
         return orders
 
-    def _reason_to_end(self, ride: Ride, now: float) -> str:
+    def _reason_to_end(self, ride: LiftRide, now: float) -> str:
         car = self._car
         lost = now - car.times.lost.get(ride.robot, now)
         if ride.is_aboard:
@@ -114,12 +117,16 @@ class Attendant:
             return text if lost > NO_RADIO else ""
         if lost > GONE:
             return f"robot {ride.robot!r} is not connected any more"
+        if car.is_out_of_order(now) and now - max(car.times.mode, ride.since) > OUT_OF_ORDER:
+            return car.fault(now)
+        if now - max(car.times.heard, ride.since) > UNHEARD:
+            return car.fault(now)
         waits = now - max(car.times.progress, ride.since)
         if waits > (TAKEN if car.is_taken() else NO_PROGRESS):
             return car.fault(now) or self._obstacle(ride)
         return f"lift {car.lift!r} has not come for {PATIENCE:.0f} s" if now - ride.since > PATIENCE else ""
 
-    def _obstacle(self, ride: Ride) -> str:
+    def _obstacle(self, ride: LiftRide) -> str:
         car = self._car
         if car.in_doorway:
             return f"robot {car.in_doorway[0].robot!r} stands in the door of lift {car.lift!r}"
@@ -195,7 +202,7 @@ class Attendant:
         self._plan(now)
         return self._tell_waiting()
 
-    def _pass(self, ride: Ride, floor: str, now: float) -> list[LiftOrder]:
+    def _pass(self, ride: LiftRide, floor: str, now: float) -> list[LiftOrder]:
         """Lead on a robot in the doorway, for which the doors stay open."""
         orders = self._look_at_doorway(ride, now)
         if floor != _doorway_of(ride):
@@ -203,26 +210,26 @@ class Attendant:
         order = Board if ride.phase == "boarding" else Alight
         return orders + self._tell(order(ride.robot, self._car.lift, floor))
 
-    def _look_at_doorway(self, ride: Ride, now: float) -> list[LiftOrder]:
+    def _look_at_doorway(self, ride: LiftRide, now: float) -> list[LiftOrder]:
         if now - self._car.times.doorway.get(ride.robot, now) <= STUCK:
             return []
         return self._alert(ride.robot, f"robot {ride.robot!r} stands in the door of lift {self._car.lift!r}")
 
-    def _leaving(self, floor: str, now: float) -> list[Ride]:
+    def _leaving(self, floor: str, now: float) -> list[LiftRide]:
         is_stranded = now - self._car.times.progress > STRANDED
         return [ride for ride in self._car.inside if ride.destination == floor or ride.goes or is_stranded]
 
-    def _let_out(self, ride: Ride, floor: str, now: float) -> list[LiftOrder]:
+    def _let_out(self, ride: LiftRide, floor: str, now: float) -> list[LiftOrder]:
         out = replace(ride, phase="alighting", destination=floor)
         self._target = CarStop(floor)
         return [*self._car.put(out, now), *self._tell(Alight(ride.robot, self._car.lift, floor))]
 
-    def _let_in(self, ride: Ride, floor: str, now: float) -> list[LiftOrder]:
+    def _let_in(self, ride: LiftRide, floor: str, now: float) -> list[LiftOrder]:
         self._target = CarStop(floor)
         boarding = self._car.put(replace(ride, phase="boarding"), now)
         return [*boarding, *self._tell(Board(ride.robot, self._car.lift, floor))]
 
-    def _wait_for_lobby(self, leaving: list[Ride], floor: str, now: float) -> list[LiftOrder]:
+    def _wait_for_lobby(self, leaving: list[LiftRide], floor: str, now: float) -> list[LiftOrder]:
         """Wait for room in the lobby; after a while robots that wait there board first, or make way."""
         self._target = CarStop(floor)
         self._blocked = now if self._blocked is None else self._blocked
@@ -239,7 +246,7 @@ class Attendant:
                 orders += self._tell(Wait(ride.robot, "robots leave the lift here", clear=True))
         return orders
 
-    def _entering(self, floor: str, now: float) -> Ride | None:
+    def _entering(self, floor: str, now: float) -> LiftRide | None:
         """Return the next robot that boards: in the direction of those in the car, and if there is room for it."""
         shaft, ready = self._car.shaft, self._ready()
         here = [ride for ride in ready if ride.origin == floor]
@@ -252,7 +259,7 @@ class Attendant:
 
     # -- where the car drives ------------------------------------------------------------------------------------------
 
-    def _ready(self) -> list[Ride]:
+    def _ready(self) -> list[LiftRide]:
         """Return the rides of robots that wait and can leave where they ride."""
         lift = self._car.lift
         return [ride for ride in self._car.waiting if self._may_leave(lift, ride.destination)]
@@ -311,6 +318,6 @@ class Attendant:
         return [LiftAlert(self._car.lift, robot, text)]
 
 
-def _doorway_of(ride: Ride) -> str:
+def _doorway_of(ride: LiftRide) -> str:
     """Return the floor at whose door a robot boards or leaves."""
     return ride.origin if ride.phase == "boarding" else ride.destination

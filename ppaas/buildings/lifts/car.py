@@ -4,7 +4,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from ppaas.buildings.lifts.schedule import Shaft
-from ppaas.buildings.lifts.states import LiftOrder, LiftState, RemoveRide, Ride, StoreRide
+from ppaas.buildings.lifts.states import LiftOrder, LiftRide, LiftState, RemoveRide, StoreRide
 
 SILENT = 5.0
 """Age of the last state of a lift from which it counts as silent [s]."""
@@ -23,6 +23,8 @@ class CarTimes:
         When the lift reported last.
     progress : float
         When the car moved, or a robot passed its doors.
+    mode : float
+        When the mode of the lift changed.
     opened : float, optional
         Since when the doors are open at a floor.
     doorway, lost : dict of str to float
@@ -31,6 +33,7 @@ class CarTimes:
 
     heard: float
     progress: float
+    mode: float
     opened: float | None = None
     doorway: dict[str, float] = field(default_factory=dict)
     lost: dict[str, float] = field(default_factory=dict)
@@ -49,7 +52,7 @@ class Car:
 
     Attributes
     ----------
-    rides : dict of str to Ride
+    rides : dict of str to LiftRide
         Rides by robot.
     state : LiftState, optional
         What the lift reported last.
@@ -58,9 +61,9 @@ class Car:
 
     def __init__(self, shaft: Shaft, session: str, now: float) -> None:
         self.shaft, self.session = shaft, session
-        self.rides: dict[str, Ride] = {}
+        self.rides: dict[str, LiftRide] = {}
         self.state: LiftState | None = None
-        self.times = CarTimes(heard=float("-inf"), progress=now)
+        self.times = CarTimes(heard=float("-inf"), progress=now, mode=now)
 
     # -- events --------------------------------------------------------------------------------------------------------
 
@@ -68,6 +71,8 @@ class Car:
         """Note what the lift reports."""
         before, times, silent = self.state, self.times, self.is_silent(now)
         self.state, times.heard = state, now
+        if before is None or before.mode != state.mode:
+            times.mode = now
         moved = before is not None and before.floor != state.floor
         is_other = before is None or (before.mode, before.session) != (state.mode, state.session)
         if moved or is_other or state.motion != "stopped":
@@ -81,7 +86,7 @@ class Car:
         """Note that the session was ended: doors that are still open count as open from the next state on."""
         self.times.opened = None
 
-    def put(self, ride: Ride, now: float) -> list[LiftOrder]:
+    def put(self, ride: LiftRide, now: float) -> list[LiftOrder]:
         """Add or change a ride, and have it stored."""
         before = self.rides.get(ride.robot)
         if before == ride:
@@ -123,22 +128,22 @@ class Car:
         return self.state.floor if self.state is not None and known else next(iter(self.shaft.levels))
 
     @property
-    def aboard(self) -> list[Ride]:
+    def aboard(self) -> list[LiftRide]:
         """Rides whose robots take room in the car."""
         return [ride for ride in self.rides.values() if ride.is_aboard]
 
     @property
-    def in_doorway(self) -> list[Ride]:
+    def in_doorway(self) -> list[LiftRide]:
         """Rides whose robots may be between the doors."""
         return [ride for ride in self.rides.values() if ride.is_in_doorway]
 
     @property
-    def waiting(self) -> list[Ride]:
+    def waiting(self) -> list[LiftRide]:
         """Rides whose robots wait before a door."""
         return [ride for ride in self.rides.values() if ride.phase == "waiting"]
 
     @property
-    def inside(self) -> list[Ride]:
+    def inside(self) -> list[LiftRide]:
         """Rides whose robots are in the car."""
         return [ride for ride in self.rides.values() if ride.phase == "inside"]
 
@@ -154,6 +159,10 @@ class Car:
     def is_unsafe(self, now: float) -> bool:
         """Return whether robots leave the car wherever its doors open."""
         return self.state is not None and not self.is_silent(now) and self.state.mode in ("fire", "emergency")
+
+    def is_out_of_order(self, now: float) -> bool:
+        """Return whether the lift reports a mode in which it serves nobody."""
+        return self.state is not None and not self.is_silent(now) and self.state.mode not in ("agv", "human")
 
     def is_taken(self) -> bool:
         """Return whether people, or another controller, have the lift."""
@@ -172,7 +181,7 @@ class Car:
         state, lift = self.state, f"lift {self.lift!r}"
         if state is None or self.is_silent(now):
             return f"{lift} reports nothing"
-        if state.mode not in ("agv", "human"):
+        if self.is_out_of_order(now):
             return f"{lift} is in the mode {state.mode!r}"
         if state.session not in ("", self.session):
             return f"{lift} is in use by {state.session!r}"

@@ -14,7 +14,7 @@ from ppaas.buildings.building import Building
 from ppaas.buildings.lifts.attendant import Attendant, MayLeave
 from ppaas.buildings.lifts.car import Car
 from ppaas.buildings.lifts.schedule import ROBOT_TIME, Shaft, levels_of
-from ppaas.buildings.lifts.states import LiftOrder, LiftState, Refuse, RemoveRide, Ride
+from ppaas.buildings.lifts.states import LiftOrder, LiftRide, LiftState, Refuse, RemoveRide
 
 
 class LiftController:
@@ -29,7 +29,7 @@ class LiftController:
         Floors on which each lift stops, as the layout of the building has them.
     now : float
         Time [s since the epoch], as everywhere here.
-    rides : iterable of Ride
+    rides : iterable of LiftRide
         Stored rides; those of lifts that are no more are refused by ``tick``.
     may_leave : MayLeave
         Called to find out whether a lobby has room for a robot that leaves a car.
@@ -42,7 +42,7 @@ class LiftController:
         lifts: Mapping[str, Collection[str]],
         now: float,
         *,
-        rides: Iterable[Ride] = (),
+        rides: Iterable[LiftRide] = (),
         may_leave: MayLeave = lambda _lift, _floor: True,
     ) -> None:
         levels = levels_of(building)
@@ -52,7 +52,7 @@ class LiftController:
             self._cars[lift] = Car(shaft, f"ppaas/{owner}/{lift}", now)
         self._attendants = {lift: Attendant(car, may_leave) for lift, car in self._cars.items()}
         self._lift_of: dict[str, str] = {}
-        self._orphans: list[Ride] = []
+        self._orphans: list[LiftRide] = []
         for ride in rides:
             if self._misfit(ride):
                 self._orphans.append(ride)
@@ -66,7 +66,7 @@ class LiftController:
         return self._cars
 
     @property
-    def rides(self) -> dict[str, Ride]:
+    def rides(self) -> dict[str, LiftRide]:
         """Rides that have not ended, by robot."""
         return {robot: ride for car in self._cars.values() for robot, ride in car.rides.items()}
 
@@ -88,7 +88,7 @@ class LiftController:
         if before is not None and before.is_aboard:
             return self._redirect(before, lift, destination, now)
         since = before.since if before is not None and before.lift == lift else now
-        wanted = Ride(robot=robot, lift=lift, origin=origin, destination=destination, size=size, since=since)
+        wanted = LiftRide(robot=robot, lift=lift, origin=origin, destination=destination, size=size, since=since)
         misfit = self._misfit(wanted)
         orders: list[LiftOrder] = (
             [] if before is None or (before.lift == lift and not misfit) else self._end(robot, now)
@@ -100,7 +100,7 @@ class LiftController:
         self._attendants[lift].forget(robot)
         return orders + self._attendants[lift].advance(now)
 
-    def _redirect(self, ride: Ride, lift: str, destination: str, now: float) -> list[LiftOrder]:
+    def _redirect(self, ride: LiftRide, lift: str, destination: str, now: float) -> list[LiftOrder]:
         """Change the destination of a robot that is aboard."""
         if ride.phase != "alighting":
             wanted = replace(ride, destination=destination, goes=False)
@@ -183,7 +183,7 @@ class LiftController:
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
-    def _ride(self, robot: str) -> Ride | None:
+    def _ride(self, robot: str) -> LiftRide | None:
         car = self._cars.get(self._lift_of.get(robot, ""))
         return None if car is None else car.rides.get(robot)
 
@@ -193,7 +193,7 @@ class LiftController:
     def _end(self, robot: str, now: float) -> list[LiftOrder]:
         return self._cars[self._lift_of.pop(robot)].end(robot, now)
 
-    def _misfit(self, ride: Ride) -> str:
+    def _misfit(self, ride: LiftRide) -> str:
         """Return why a lift can never serve a ride; empty if it can."""
         car = self._cars.get(ride.lift)
         if car is None:

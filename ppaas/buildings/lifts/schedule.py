@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ppaas.buildings.building import Building, LiftSettings
-from ppaas.buildings.lifts.states import Ride
+from ppaas.buildings.lifts.states import LiftRide
 
 ROBOT_TIME = 8.0
 """Time that a robot takes through the doors of a car [s], of which costs are computed."""
@@ -35,7 +35,7 @@ class Shaft:
     levels: Mapping[str, float]
     settings: LiftSettings
 
-    def direction(self, ride: Ride) -> int:
+    def direction(self, ride: LiftRide) -> int:
         """Return 1 for a ride upwards, else -1."""
         return 1 if self.levels[ride.destination] > self.levels[ride.origin] else -1
 
@@ -45,7 +45,7 @@ class Shaft:
             return self.settings.doors
         return abs(self.levels[end] - self.levels[start]) / self.settings.speed + 2.0 * self.settings.doors
 
-    def batch(self, waiting: Iterable[Ride], room: int) -> list[Ride]:
+    def batch(self, waiting: Iterable[LiftRide], room: int) -> list[LiftRide]:
         """Return the rides that have room in the car together, the oldest first."""
         chosen = []
         for ride in sorted(waiting, key=_age):
@@ -81,7 +81,9 @@ def levels_of(building: Building) -> dict[str, float]:
     return levels
 
 
-def next_stop(shaft: Shaft, at: str, riders: Sequence[Ride], waiting: Sequence[Ride], now: float) -> CarStop | None:
+def next_stop(
+    shaft: Shaft, at: str, riders: Sequence[LiftRide], waiting: Sequence[LiftRide], now: float
+) -> CarStop | None:
     """Return where a car drives next; None if nobody needs it.
 
     Parameters
@@ -89,13 +91,13 @@ def next_stop(shaft: Shaft, at: str, riders: Sequence[Ride], waiting: Sequence[R
     shaft : Shaft
     at : str
         Floor where it is.
-    riders, waiting : sequence of Ride
+    riders, waiting : sequence of LiftRide
         Robots in the car, and those that may board.
     now : float
     """
     if riders:
         return _onwards(shaft, at, riders, waiting, now)
-    groups: defaultdict[CarStop, list[Ride]] = defaultdict(list)
+    groups: defaultdict[CarStop, list[LiftRide]] = defaultdict(list)
     for ride in waiting:
         groups[CarStop(ride.origin, shaft.direction(ride))].append(ride)
     if not groups:
@@ -108,7 +110,7 @@ def next_stop(shaft: Shaft, at: str, riders: Sequence[Ride], waiting: Sequence[R
     )
 
 
-def heading(shaft: Shaft, at: str, riders: Sequence[Ride]) -> int:
+def heading(shaft: Shaft, at: str, riders: Sequence[LiftRide]) -> int:
     """Return the direction in which a car with robots drives on: the way of the one that rides longest."""
     for ride in sorted(riders, key=_age):
         height = shaft.levels[ride.destination] - shaft.levels[at]
@@ -117,12 +119,12 @@ def heading(shaft: Shaft, at: str, riders: Sequence[Ride]) -> int:
     return 0
 
 
-def is_any_aged(waiting: Iterable[Ride], now: float) -> bool:
+def is_any_aged(waiting: Iterable[LiftRide], now: float) -> bool:
     """Return whether a robot has waited so long that it is fetched before all others."""
     return any(now - ride.since > AGED for ride in waiting)
 
 
-def _onwards(shaft: Shaft, at: str, riders: Sequence[Ride], waiting: Sequence[Ride], now: float) -> CarStop:
+def _onwards(shaft: Shaft, at: str, riders: Sequence[LiftRide], waiting: Sequence[LiftRide], now: float) -> CarStop:
     """Return the nearest stop ahead: a destination, or a robot of this direction on the way for which there is room."""
     direction = heading(shaft, at, riders)
     room = shaft.settings.robots - sum(ride.size for ride in riders)
@@ -144,7 +146,7 @@ def _onwards(shaft: Shaft, at: str, riders: Sequence[Ride], waiting: Sequence[Ri
     return min(ahead.values(), key=lambda stop: abs(shaft.levels[stop.floor] - here))
 
 
-def _worth(shaft: Shaft, at: str, floor: str, group: Sequence[Ride], now: float) -> float:
+def _worth(shaft: Shaft, at: str, floor: str, group: Sequence[LiftRide], now: float) -> float:
     """Return the weight of robots that a trip serves, over the time that it takes [1/s]."""
     batch = shaft.batch(group, shaft.settings.robots)
     if not batch:
@@ -156,5 +158,5 @@ def _worth(shaft: Shaft, at: str, floor: str, group: Sequence[Ride], now: float)
     return sum(1.0 + max(now - ride.since, 0.0) / AGEING for ride in batch) / seconds
 
 
-def _age(ride: Ride) -> tuple[float, str]:
+def _age(ride: LiftRide) -> tuple[float, str]:
     return ride.since, ride.robot

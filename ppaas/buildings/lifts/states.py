@@ -48,8 +48,8 @@ class LiftState(msgspec.Struct, frozen=True, kw_only=True):
     floors: tuple[str, ...] = ()
 
 
-class Ride(msgspec.Struct, frozen=True, kw_only=True):
-    """Ride of a robot in a lift, as it is stored.
+class LiftRide(msgspec.Struct, frozen=True, kw_only=True):
+    """LiftRide of a robot in a lift, as it is stored.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class EndSession(msgspec.Struct, frozen=True):
 class StoreRide(msgspec.Struct, frozen=True):
     """Store a ride in place of the record of the same robot, before the orders that follow."""
 
-    ride: Ride
+    ride: LiftRide
 
 
 class RemoveRide(msgspec.Struct, frozen=True):

@@ -16,9 +16,9 @@ from ppaas.buildings.lifts.states import (
     Board,
     EndSession,
     LiftRequest,
+    LiftRide,
     Refuse,
     RemoveRide,
-    Ride,
     StoreRide,
 )
 
@@ -42,7 +42,7 @@ class LiftsMachine(RuleBasedStateMachine):
         self.now = 1000.0
         levels = {floor.name: floor.elevation for floor in BUILDING.floors}
         self.lift = SimulatedLift("A", levels, self.now, LiftModel(seed=seed, wrong_floor=wrong))
-        self.stored: dict[str, Ride] = {}
+        self.stored: dict[str, LiftRide] = {}
         self.robots = set(ROBOTS)
         self.moving: dict[str, tuple[float, Board | Alight]] = {}
         self.inside: set[str] = set()

@@ -1,12 +1,12 @@
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.lifts.schedule import CarStop, Shaft, levels_of, next_stop
-from ppaas.buildings.lifts.states import Ride
+from ppaas.buildings.lifts.states import LiftRide
 
 SHAFT = Shaft({"L1": 0.0, "L2": 3.0, "L3": 6.0, "L4": 9.0}, LiftSettings(lift="A", robots=3))
 
 
 def ride(robot, origin, destination, since=0.0, phase="waiting", size=1):
-    return Ride(robot=robot, lift="A", origin=origin, destination=destination, since=since, phase=phase, size=size)
+    return LiftRide(robot=robot, lift="A", origin=origin, destination=destination, since=since, phase=phase, size=size)
 
 
 def test_floors_are_in_the_order_of_their_elevations():

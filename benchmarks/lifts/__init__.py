@@ -1,0 +1,1 @@
+"""Bench of lifts that robots share."""
