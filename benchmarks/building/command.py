@@ -9,7 +9,9 @@ from robots.cli.benches import BenchReport, Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "buildings: plans over floors beside paths on one floor"
+HELP = (
+    "buildings: plans over floors beside paths on one floor; rides in lifts, after which floor and pose must be known"
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,6 +23,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--checked", type=int, default=20, help="number of plans that are compared with Dijkstra's (20)"
     )
+    parser.add_argument("--rides", type=int, default=1000, metavar="N", help="number of rides in lifts (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of rides and their buildings (1)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
@@ -44,5 +48,13 @@ def _plans(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
     )
 
 
-PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {"plans": _plans}
+def _rides(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
+    # ``ppaas bench --help`` loads this module.
+    from benchmarks.building import rides  # noqa: PLC0415
+
+    rode = progress.track(rides.measure(arguments.rides, arguments.seed), total=arguments.rides, description="rides")
+    return list(rode)[-1]
+
+
+PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {"plans": _plans, "rides": _rides}
 """Parts of the bench, by name."""

@@ -6,20 +6,34 @@ from pathlib import Path
 import pytest
 
 from ppaas.maps.formats.map_files import load_map
-from robots.client.robot_file import load_robot_file
+from ppaas.maps.grid import GridMap
+from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.documents import blocks, run_shell
 
 PAGE = "docs/floors.md"
 
 
+@pytest.fixture
+def office() -> GridMap:
+    """Return the map of the examples."""
+    return load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
+
+
+@pytest.fixture
+def robot() -> RobotFile:
+    """Return the robot of the examples."""
+    return load_robot_file(Path("docs/examples/tb1.json"))
+
+
 @pytest.mark.journey
-async def test_a_robot_is_moved_by_the_command_of_the_page(cloud: RunningCloud, tmp_path: Path) -> None:
+async def test_a_robot_is_moved_by_the_command_of_the_page(
+    cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
+) -> None:
     rest = await cloud.admin()
-    office = load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
     for name in ("office", "office-2"):
         await publish_map(rest, name, office)
-    await rest.put_robot("tb1", load_robot_file(Path("docs/examples/tb1.json")))
+    await rest.put_robot("tb1", robot)
     command = blocks(PAGE, "sh")[0]
     printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{command}", tmp_path, cloud)
     assert "office-2" in printed

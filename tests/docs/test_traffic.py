@@ -6,7 +6,7 @@ from typing import get_args
 import msgspec
 import pytest
 
-from engine.control import group_places, traffic_groups
+from engine.control import traffic_groups
 from ppaas.clone.driving import DrivingInTraffic
 from ppaas.nodes.granted_move_base.traffic_link import NODE_SILENCE
 from ppaas.traffic.granted_way import STRAY

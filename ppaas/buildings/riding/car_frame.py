@@ -1,0 +1,75 @@
+"""Poses in the car of a lift, which stay while the floors pass by.
+
+A car has a landing on each floor, drawn on each map in the frame of that map. A robot that stands in the car has one
+place in it, whatever floor it is at: its pose is carried from landing to landing, through the middle of the car.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppaas.buildings.building import Building
+from ppaas.buildings.layout import Landing
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.polygons import within_polygon
+
+QUARTER = math.pi / 2.0
+"""Doors of a car are in walls at right angles."""
+
+
+def turn_between(building: Building, origin: Landing, destination: Landing) -> float:
+    """Return the angle from the map of one landing to the map of another, by which headings in the car differ [rad].
+
+    The doors as drawn are exact, but a car may have another door on the other floor; the anchors of the floors tell
+    which wall it is in, and need to be right to 45° only.
+    """
+    anchors = building.floor(origin.floor).anchor[2] - building.floor(destination.floor).anchor[2]
+    doors = destination.car[2] - origin.car[2]
+    quarters = round(wrap_angle(anchors - doors) / QUARTER)
+    return wrap_angle(doors + quarters * QUARTER)
+
+
+def carried(building: Building, origin: Landing, destination: Landing, pose: Pose2D) -> Pose2D:
+    """Return the pose on the map of a landing of a robot that has a pose in the car on the map of another one."""
+    turn = turn_between(building, origin, destination)
+    here = Pose2D(origin.car[0], origin.car[1]).inverse() @ pose
+    return Pose2D(destination.car[0], destination.car[1], turn) @ here
+
+
+def is_inside(landing: Landing, pose: Pose2D) -> bool:
+    """Return whether a pose on the map of a landing is within the outline of the car."""
+    return bool(within_polygon(np.array(landing.outline), np.array([pose[:2]]))[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Ride:
+    """A robot in the car: where it was when it came in, and what its odometry said then.
+
+    Parameters
+    ----------
+    building : Building
+    origin : Landing
+        Landing at which it came in.
+    pose : Pose2D
+        Its pose there, on the map of that floor.
+    odom : Pose2D
+        Its odometry at that time.
+    """
+
+    building: Building
+    origin: Landing
+    pose: Pose2D
+    odom: Pose2D
+
+    def here(self, odom: Pose2D) -> Pose2D:
+        """Return where it is in the car by its odometry, on the map of the floor at which it came in.
+
+        The floor moves with the car, so that odometry is as good as on any floor, and a robot that turns round or makes
+        way meanwhile is followed.
+        """
+        return self.pose @ self.odom.inverse() @ odom
+
+    def on(self, landing: Landing, odom: Pose2D) -> Pose2D:
+        """Return where it is on the map of a landing, if the car stands there."""
+        return carried(self.building, self.origin, landing, self.here(odom))
