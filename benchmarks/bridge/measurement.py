@@ -41,8 +41,9 @@ TOPICS = ["/odom", "/scan", "/tf", "/tf_static", "/goal_pose", "/initialpose"]
 MAX_PARTS = 16
 """Largest number of operations in a frame."""
 
-ROBOT = {"id": "robot", "map": "map", "parameters": dict[str, Any]()}
-"""Robot that the stand-in knows, as REST has it."""
+GOAL = {"id": "goal", "pose": [1.0, 2.0, 0.5], "state": "active", "text": "", "sent": 1.0, "ended": None}
+ROBOT = {"id": "robot", "map": "map", "model": "turtlebot2", "parameters": dict[str, Any]()}
+"""Goal and robot that the stand-in knows, as REST has them."""
 
 
 class _Frame(msgspec.Struct):
@@ -53,7 +54,7 @@ class _Frame(msgspec.Struct):
 
 
 class CloudStandIn:
-    """Server for one bridge.
+    """Server for one bridge, with a connection for each of its robots.
 
     Attributes
     ----------
@@ -65,30 +66,36 @@ class CloudStandIn:
         self.url = ""
         self.arrived: defaultdict[str, list[float]] = defaultdict(list)
         self.subscribed: set[str] = set()
-        self._socket: ServerConnection | None = None
+        self._sockets: set[ServerConnection] = set()
         self._decoder = msgspec.json.Decoder(_Frame)
 
     async def handle(self, socket: ServerConnection) -> None:
         """Serve a bridge."""
-        self._socket = socket
-        async for text in socket:
-            now = monotonic()
-            for part in split_json(text, MAX_PARTS):
-                await self._take(self._decoder.decode(part), now)
+        self._sockets.add(socket)
+        try:
+            async for text in socket:
+                now = monotonic()
+                for part in split_json(text, MAX_PARTS):
+                    await self._take(self._decoder.decode(part), now, socket)
+        finally:
+            self._sockets.discard(socket)
 
-    async def _take(self, frame: _Frame, now: float) -> None:
+    async def _take(self, frame: _Frame, now: float, socket: ServerConnection) -> None:
         if frame.op == "publish":
             self.arrived[frame.topic].append(now)
         elif frame.op == "subscribe":
             self.subscribed.add(frame.topic)
         elif frame.op == "call_service":
             values = {"topics": TOPICS, "types": []}
-            await self.send(op="service_response", service=frame.service, id=frame.id, result=True, values=values)
+            answer = {"op": "service_response", "service": frame.service, "id": frame.id, "result": True}
+            await socket.send(msgspec.json.encode(answer | {"values": values}).decode())
 
     async def send(self, **frame: Any) -> None:
-        """Send a frame to the bridge."""
-        assert self._socket is not None
-        await self._socket.send(msgspec.json.encode(frame).decode())
+        """Send a frame to the bridge, on each of its connections."""
+        assert self._sockets
+        text = msgspec.json.encode(frame).decode()
+        for socket in list(self._sockets):
+            await socket.send(text)
 
     async def publish(self, topic: str, message: Any) -> None:
         """Publish a message once the bridge has subscribed to the topic."""
@@ -99,10 +106,11 @@ class CloudStandIn:
 
 
 def _answer(connection: ServerConnection, request: Request) -> Response | None:
-    """Answer a request of REST about a robot; leave WebSockets alone."""
+    """Answer a request of REST about a robot or a goal; leave WebSockets alone."""
     if "Upgrade" in request.headers:
         return None
-    answer = connection.respond(HTTPStatus.OK, msgspec.json.encode(ROBOT).decode())
+    record = GOAL if "/goals/" in request.path else ROBOT
+    answer = connection.respond(HTTPStatus.OK, msgspec.json.encode(record).decode())
     answer.headers["Content-Type"] = "application/json"
     return answer
 

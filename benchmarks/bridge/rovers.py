@@ -1,15 +1,14 @@
 """Cost of a bridge of a rover with MAVLink, whose messages come ten times a second, beside pymavlink's bare station."""
 
 import asyncio
-import subprocess
-import sys
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import psutil
 
 from benchmarks.bridge import bare_station
 from benchmarks.bridge.measurement import MOST_CPU, MOST_MEMORY, CloudStandIn, cloud_stand_in
+from benchmarks.bridge.processes import running, share_of_core
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.process_usage import cpu_of
@@ -44,11 +43,9 @@ async def measure_rover(*, quick: bool) -> list[Figure]:
 
 async def _bare(seconds: float) -> float:
     (port,) = free_ports(1)
-    async with _running("-m", bare_station.__name__, f"udpin:127.0.0.1:{port}") as station, _rover(port):
+    async with running("-m", bare_station.__name__, f"udpin:127.0.0.1:{port}") as station, _rover(port):
         await asyncio.sleep(SETTLE)
-        before, began = cpu_of(station), monotonic()
-        await asyncio.sleep(seconds)
-        return 100.0 * (cpu_of(station) - before) / (monotonic() - began)
+        return await share_of_core(station, seconds)
 
 
 async def _bridge(cloud: CloudStandIn, seconds: float) -> tuple[float, float, float]:
@@ -57,7 +54,7 @@ async def _bridge(cloud: CloudStandIn, seconds: float) -> tuple[float, float, fl
     words = ["--robot", "robot", "--vehicle", f"udpin:127.0.0.1:{port}", "--anchor=47.4,8.5", "--system", "1"]
     command = ["-m", cli.__name__, "bridge", "mavlink", *words, "--url", cloud.url, "--token", "t"]
     twist = {"linear": {"x": 0.1}, "angular": {"z": 0.1}}
-    async with _running(*command) as bridge, _rover(port):
+    async with running(*command) as bridge, _rover(port):
         await cloud.publish("cmd_vel", twist)
         for _ in range(round(SETTLE / PERIOD)):
             await cloud.publish("cmd_vel", twist)
@@ -74,16 +71,5 @@ async def _bridge(cloud: CloudStandIn, seconds: float) -> tuple[float, float, fl
 @asynccontextmanager
 async def _rover(port: int) -> AsyncIterator[psutil.Process]:
     words = ["--station", f"udpout:127.0.0.1:{port}", "--latitude", "47.4", "--longitude", "8.5", "--armed"]
-    async with _running("-m", mavlink.__name__, *words) as process:
+    async with running("-m", mavlink.__name__, *words) as process:
         yield process
-
-
-@asynccontextmanager
-async def _running(*words: str) -> AsyncIterator[psutil.Process]:
-    command: Sequence[str] = [sys.executable, *words]
-    process = await asyncio.to_thread(subprocess.Popen, command, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        yield psutil.Process(process.pid)
-    finally:
-        process.terminate()
-        await asyncio.to_thread(process.wait)

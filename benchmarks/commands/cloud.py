@@ -203,12 +203,14 @@ class BoardsBench:
 
 
 class BridgeBench:
-    """``ppaas bench bridge``: latency, CPU time and memory of the bridges of robots with ROS, and of rovers."""
+    """``ppaas bench bridge``: latency, CPU time and memory of the bridges, and of the MCP server."""
 
-    HELP = "latency, CPU time and memory of ppaas bridge ros2, ros1 and mavlink, beside messages that pass without them"
+    HELP = (
+        "latency, CPU time and memory of ppaas bridge ros2, ros1, mavlink and rmf, and ppaas mcp, beside bare messages"
+    )
 
-    MAVLINK = "mavlink"
-    TRANSPORTS = ("zenoh", "dds", "ros1", MAVLINK)
+    MAVLINK, RMF, MCP = "mavlink", "rmf", "mcp"
+    TRANSPORTS = ("zenoh", "dds", "ros1", MAVLINK, RMF, MCP)
 
     @staticmethod
     def configure(parser: argparse.ArgumentParser) -> None:
@@ -224,14 +226,20 @@ class BridgeBench:
     @staticmethod
     def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         """Return all figures."""
-        from benchmarks.bridge import measurement, rovers  # noqa: PLC0415
+        from benchmarks.bridge import mcp_calls, measurement, rmf_fleets, rovers  # noqa: PLC0415
         from benchmarks.harness.figures import measured  # noqa: PLC0415
 
+        others = {
+            BridgeBench.MAVLINK: rovers.measure_rover,
+            BridgeBench.RMF: rmf_fleets.measure_fleet,
+            BridgeBench.MCP: mcp_calls.measure_calls,
+        }
         transports = list(arguments.transport or BridgeBench.TRANSPORTS)
-        of_ros = [name for name in transports if name != BridgeBench.MAVLINK]
+        of_ros = [name for name in transports if name not in others]
         figures = event_loop.run(measurement.measure(progress, of_ros, quick=arguments.quick)) if of_ros else []
-        if BridgeBench.MAVLINK in transports:
-            figures += event_loop.run(rovers.measure_rover(quick=arguments.quick))
+        for name, measure in others.items():
+            if name in transports:
+                figures += event_loop.run(measure(quick=arguments.quick))
         return measured(figures)
 
 

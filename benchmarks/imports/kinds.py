@@ -1,11 +1,14 @@
 """Kinds of files that are imported: how each is known, imported, parsed barely, and driven by."""
 
+import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.imports import bare_parses as bare
+import msgspec
+import yaml
+
 from benchmarks.imports import drives
 from ppaas.imports.graphs.reading import import_graph
 from ppaas.imports.maps.drawings.plan_import import import_plan
@@ -19,6 +22,8 @@ from ppaas.imports.parameters.slam.cartographer import import_cartographer
 from ppaas.imports.parameters.slam.gmapping import import_gmapping
 from ppaas.imports.parameters.slam.slam_toolbox import import_slam_toolbox
 from ppaas.imports.report import ImportReport
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 CENTIMETRES = ScaleBar((0.0, 0.0), (100.0, 0.0), 1.0)
 """Scale of pictures of floor plans, which have none of their own: a unit is a centimetre."""
@@ -48,6 +53,51 @@ class ImportKind:
     drive: Callable[[Any], str] | None = None
 
 
+# -- bare parses: what the library of a format alone takes -------------------------------------------------------------
+
+
+def _yaml_tree(content: bytes) -> object:
+    """Parse YAML by PyYAML, with libyaml where it is installed."""
+    return yaml.load(content, Loader=_LOADER)
+
+
+def _json_tree(content: bytes) -> object:
+    """Parse JSON by msgspec."""
+    return msgspec.json.decode(content)
+
+
+def _las_points(content: bytes) -> object:
+    """Read the points of LAS or LAZ by laspy."""
+    import laspy  # noqa: PLC0415 - of the extra of clouds
+
+    return laspy.read(io.BytesIO(content)).xyz
+
+
+def _raster_bands(content: bytes) -> object:
+    """Read the bands of a raster by rasterio."""
+    import rasterio  # noqa: PLC0415 - of the extra of GIS
+
+    with rasterio.MemoryFile(content) as memory, memory.open() as source:
+        return source.read()
+
+
+def _dxf_drawing(content: bytes) -> object:
+    """Read a drawing in text by ezdxf."""
+    from ezdxf.filemanagement import read  # noqa: PLC0415 - of the extra of drawings
+
+    return read(io.StringIO(content.decode("utf-8", "surrogateescape")))
+
+
+def _svg_picture(content: bytes) -> object:
+    """Render an SVG in its own size by resvg."""
+    import resvg_py  # noqa: PLC0415 - of the extra of drawings
+
+    return resvg_py.svg_to_bytes(svg_string=content.decode(), skip_system_fonts=True)
+
+
+# -- imports -----------------------------------------------------------------------------------------------------------
+
+
 def _plan(content: bytes, name: str) -> tuple[Any, ImportReport]:
     """Import a floor plan; a drawing in DXF has units of its own."""
     is_drawing = name.lower().endswith(".dxf")
@@ -74,23 +124,23 @@ _GRAPH = rb'"layouts"|"startid"|"FeatureCollection"'
 
 
 def _parameter_kind(name: str, words: bytes, run: Callable[[bytes, str], Translation]) -> ImportKind:
-    return ImportKind(name, _file(_YAML, words), _parameters(run), bare.yaml_tree, drives.drive)
+    return ImportKind(name, _file(_YAML, words), _parameters(run), _yaml_tree, drives.drive)
 
 
 KINDS = (
-    ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, bare.yaml_tree, drives.drive_lanes),
+    ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, _yaml_tree, drives.drive_lanes),
     _parameter_kind("slam_toolbox", rb"(?m)^/?(slam_toolbox|mapper_params)\S*:|use_scan_matching", import_slam_toolbox),
     _parameter_kind("Nav2", rb"ros__parameters", import_nav2),
     _parameter_kind("gmapping", rb"(?m)^\s*(particles|linearUpdate|maxUrange):", import_gmapping),
     _parameter_kind("ROS 1 navigation", rb":", import_ros1),
     ImportKind("cartographer", _file(r"\.lua$"), _parameters(import_cartographer), None, drives.drive),
-    ImportKind("graph", _file(_JSON, _GRAPH), import_graph, bare.json_tree, drives.drive_lanes),
+    ImportKind("graph", _file(_JSON, _GRAPH), import_graph, _json_tree, drives.drive_lanes),
     ImportKind("Lanelet2", _file(r"\.osm$"), import_graph, None, drives.drive_lanes),
-    ImportKind("map", _file(_JSON), import_map, bare.json_tree, drives.drive_on_imported),
-    ImportKind("cloud", _file(r"\.la[sz]$"), import_map, bare.las_points, drives.drive_on_imported),
-    ImportKind("raster", _file(r"\.tiff?$"), import_map, bare.raster_bands, drives.drive_on_imported),
-    ImportKind("floor plan", _file(r"\.dxf$"), _plan, bare.dxf_drawing, drives.drive_on_imported),
-    ImportKind("floor plan", _file(r"\.svg$"), _plan, bare.svg_picture, drives.drive_on_imported),
+    ImportKind("map", _file(_JSON), import_map, _json_tree, drives.drive_on_imported),
+    ImportKind("cloud", _file(r"\.la[sz]$"), import_map, _las_points, drives.drive_on_imported),
+    ImportKind("raster", _file(r"\.tiff?$"), import_map, _raster_bands, drives.drive_on_imported),
+    ImportKind("floor plan", _file(r"\.dxf$"), _plan, _dxf_drawing, drives.drive_on_imported),
+    ImportKind("floor plan", _file(r"\.svg$"), _plan, _svg_picture, drives.drive_on_imported),
     ImportKind("cloud or raster", _file(_BINARY), import_map, None, drives.drive_on_imported),
 )
 """All kinds; the first that knows a file imports it."""

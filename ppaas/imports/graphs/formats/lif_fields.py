@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.imports.graphs.formats.lif_names import DEEPEST
 from ppaas.imports.graphs.model.gathered import GatheredNotes
 
@@ -154,7 +155,7 @@ def _type_of(kind: str, choices: tuple[str, ...] = ()) -> Any:
 
 def _fits(given: Any, kind: str) -> bool:
     try:
-        msgspec.convert(given, _type_of(kind))
+        converted(given, _type_of(kind))
     except msgspec.ValidationError:
         return False
     return True

@@ -5,7 +5,7 @@ import re
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
 
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, InvalidMap
@@ -59,7 +59,7 @@ def draw_svg(content: bytes, options: PlanOptions, report: ImportReport) -> Draw
     except ValueError as error:
         raise InvalidMap(f"the SVG cannot be drawn: {error}") from error
     report.taken("drawing", f"{width:g} × {height:g} units")
-    return DrawnPlan(np.asarray(Image.open(io.BytesIO(png)).convert("L")), pixel)
+    return DrawnPlan(np.asarray(PngImageFile(io.BytesIO(png)).convert("L")), pixel)
 
 
 def _parsed(content: bytes) -> "Element":
