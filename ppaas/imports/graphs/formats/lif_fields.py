@@ -16,7 +16,8 @@ class LifField(NamedTuple):
     Parameters
     ----------
     kind : str
-        ``text``, ``number``, ``truth``, ``texts``, ``numbers``, an object by name, or a list of such: ``[node]``.
+        ``text``, ``number``, ``truth``, ``any``, ``texts``, ``numbers``, an object by name, or a list of such:
+        ``[node]``.
     required : bool
     choices : tuple of str
         Values that a text may have; any if empty.
@@ -56,7 +57,7 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "blockingType": LifField("text", required=True, choices=("NONE", "SOFT", "SINGLE", "HARD")),
         "actionParameters": LifField("[parameter]"),
     },
-    "parameter": {"key": _KEY, "value": _KEY},
+    "parameter": {"key": _KEY, "value": LifField("any", required=True)},
     "edge": {
         "edgeId": _KEY, "edgeName": _TEXT, "edgeDescription": _TEXT, "startNodeId": _KEY, "endNodeId": _KEY,
         "vehicleTypeEdgeProperties": LifField("[edge of a vehicle]", required=True),
@@ -82,11 +83,15 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "controlPoints": LifField("[control point]", required=True),
     },
     "control point": {"x": _X, "y": _X, "weight": _NUMBER},
-    "deviation": {"a": _X, "b": _X, "theta": _X},
+    "deviation": {
+        "a": _NUMBER, "b": _NUMBER, "aMinimum": _NUMBER, "bMinimum": _NUMBER, "aMaximum": _NUMBER, "bMaximum": _NUMBER,
+        "theta": _NUMBER,
+    },
     "corridor": {"maximumLeftWidth": _X, "maximumRightWidth": _X, "corridorReferencePoint": _TEXT},
     "station": {
         "stationId": _KEY, "interactionNodeIds": LifField("texts", required=True), "stationName": _TEXT,
-        "stationDescription": _TEXT, "stationHeight": _NUMBER, "stationPosition": LifField("position"),
+        "stationDescription": _TEXT, "stationType": _TEXT, "stationHeight": _NUMBER,
+        "stationPosition": LifField("position"),
     },
 }  # fmt: skip
 """Fields by the name of their object."""
@@ -141,6 +146,8 @@ def _faults_of_fields(given: Mapping[str, Any], kind: str, part: str) -> Iterato
 
 def _wrong(given: Any, kind: str) -> str:
     """Return why a value is not of a kind; empty if it is."""
+    if kind == "any":
+        return ""
     if kind in ("texts", "numbers"):
         of = kind[:-1]
         return "" if isinstance(given, list) and not any(_wrong(each, of) for each in given) else f"it must have {kind}"
