@@ -5,6 +5,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
@@ -91,19 +92,33 @@ def _drive(file: Mapping[str, Any], grid: GridMap, seed: int) -> str:
 
 
 def _route(network: Network) -> Points:
-    """Return the places along the shortest way to the farthest place that is at most `LONGEST` away from a place."""
+    """Return the places along the shortest way to the farthest place that is at most `LONGEST` away from a place.
+
+    If all places are farther away, the way leads to the nearest one, and ends after `LONGEST`.
+    """
     begins, ends = np.array(list(network.names)).T
     lengths = np.hypot(*(network.places[ends] - network.places[begins]).T)
     count = len(network.places)
     graph = csr_matrix((lengths, (begins, ends)), (count, count))
     start = int(begins[np.bincount(begins, minlength=count)[begins].argmax()])
-    away, before = dijkstra(graph, indices=start, return_predecessors=True, limit=LONGEST)
-    place = int(np.where(np.isfinite(away), away, -1.0).argmax())
+    away, before = dijkstra(graph, indices=start, return_predecessors=True)
+    place = int(np.where(away <= LONGEST, away, -1.0).argmax())
+    if place == start:
+        return _to_nearest(network.places, start, np.where(away > 0.0, away, np.inf))
     route = [place]
     while place != start:
         place = int(before[place])
         route.append(place)
     return network.places[route[::-1]]
+
+
+def _to_nearest(places: Points, start: int, away: NDArray[np.float64]) -> Points:
+    """Return a way of `LONGEST` from a place towards the nearest one; the place alone if none can be reached."""
+    nearest = int(away.argmin())
+    if not np.isfinite(away[nearest]):
+        return places[[start]]
+    way = places[nearest] - places[start]
+    return np.array([places[start], places[start] + way * (LONGEST / float(np.hypot(*way)))])
 
 
 def _drive_route(route: Points) -> str:

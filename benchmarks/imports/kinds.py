@@ -121,6 +121,15 @@ def _file(pattern: str, words: bytes = b"") -> Callable[[str, bytes], bool]:
 
 _YAML, _JSON, _BINARY = r"\.ya?ml$", r"\.(geo)?json$", r"\.(pcd|ply|e57|xyz|asc)$"
 _GRAPH = rb'"layouts"|"startid"|"FeatureCollection"'
+_SLAM_TOOLBOX = rb"(?m)^/?(slam_toolbox|mapper_params)\S*:|use_scan_matching"
+_NAV2_NODE = re.compile(rb"(?m)^\s*/?(amcl|bt_navigator|\w+_server|\w+_costmap|velocity_smoother)\S*:")
+
+
+def _is_of_nav2(name: str, content: bytes) -> bool:
+    """Return whether a file has nodes of Nav2, or nodes of ROS 2 that are not slam_toolbox alone."""
+    if not _file(_YAML, rb"ros__parameters")(name, content):
+        return False
+    return _NAV2_NODE.search(content) is not None or not _file(_YAML, _SLAM_TOOLBOX)(name, content)
 
 
 def _parameter_kind(name: str, words: bytes, run: Callable[[bytes, str], Translation]) -> ImportKind:
@@ -129,10 +138,11 @@ def _parameter_kind(name: str, words: bytes, run: Callable[[bytes, str], Transla
 
 KINDS = (
     ImportKind("graph of Open-RMF", _file(_YAML, rb"(?m)^levels:"), import_graph, _yaml_tree, drives.drive_lanes),
-    _parameter_kind("slam_toolbox", rb"(?m)^/?(slam_toolbox|mapper_params)\S*:|use_scan_matching", import_slam_toolbox),
-    _parameter_kind("Nav2", rb"ros__parameters", import_nav2),
+    ImportKind("Nav2", _is_of_nav2, _parameters(import_nav2), _yaml_tree, drives.drive),
+    _parameter_kind("slam_toolbox", _SLAM_TOOLBOX, import_slam_toolbox),
     _parameter_kind("gmapping", rb"(?m)^\s*(particles|linearUpdate|maxUrange):", import_gmapping),
     _parameter_kind("ROS 1 navigation", rb":", import_ros1),
+    ImportKind("ROS 1 launch file", _file(r"\.launch$"), _parameters(import_ros1), None, drives.drive),
     ImportKind("cartographer", _file(r"\.lua$"), _parameters(import_cartographer), None, drives.drive),
     ImportKind("graph", _file(_JSON, _GRAPH), import_graph, _json_tree, drives.drive_lanes),
     ImportKind("Lanelet2", _file(r"\.osm$"), import_graph, None, drives.drive_lanes),

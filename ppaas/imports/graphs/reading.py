@@ -82,6 +82,7 @@ def read_graph(content: bytes, name: str, options: GraphOptions = NO_OPTIONS) ->
         head.startswith(b"{")
         or content[:2] in (b"\xff\xfe", b"\xfe\xff")
         or json.detect_encoding(content[:4]) != "utf-8"
+        or name.lower().endswith("json")
     ):
         return _read_json(content, report, options)
     return _read_yaml(content, report, options)

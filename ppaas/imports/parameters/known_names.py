@@ -36,7 +36,12 @@ def rule_of_any_node(name: str) -> ParameterRule | None:
 
 def refuse_unknown(part: str, name: str, known: Iterable[str], line: int, report: ImportReport) -> None:
     """Report a parameter that no rule knows, with the known name that is most like its name."""
-    near = report.nearest_name(name, known)
+    names = list(known)
+    below = sorted(each[len(name) + 1 :] for each in names if each.startswith(f"{name}."))
+    if below:
+        report.refused(part, f"it must be a section, with {', '.join(below)}", line)
+        return
+    near = report.nearest_name(name, names)
     hint = f"did you mean {near!r}?" if near else "look it up in the tables of parameters, and leave it out"
     report.refused(part, f"unknown parameter; {hint}", line)
 

@@ -4,6 +4,7 @@ Source: ROS 2 design of parameter files (``rcl_yaml_param_parser``): ``NODE: {ro
 ``/**`` for all nodes, and nested mappings whose names are joined by dots. ROS 1: mappings without ``ros__parameters``.
 """
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,6 +25,8 @@ MAX_VALUES = 100_000
 """Largest number of values, with those that aliases repeat."""
 
 ROS2_KEY = "ros__parameters"
+
+_MARK = re.compile(rb"^(<{7}|>{7}) ", re.MULTILINE)
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -86,7 +89,16 @@ def read_parameter_file(text: bytes) -> ParameterFile:
         mark = getattr(error, "problem_mark", None)
         where = "" if mark is None else f"line {mark.line + 1}, column {mark.column + 1}: "
         why = getattr(error, "problem", None) or " ".join(str(error).split())
-        raise InvalidParameter(f"the parameter file is no YAML: {where}{why}") from error
+        raise InvalidParameter(f"the parameter file is no YAML: {_mark_of_git(text) or where + why}") from error
+
+
+def _mark_of_git(text: bytes) -> str:
+    """Return where a merge of git has left its marks in a file; empty if it has none."""
+    found = _MARK.search(text)
+    if found is None:
+        return ""
+    line = text.count(b"\n", 0, found.start()) + 1
+    return f"line {line} is a mark of git, which has not merged two versions: keep the lines of one, and no marks"
 
 
 class _Reader:

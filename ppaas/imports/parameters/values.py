@@ -65,6 +65,12 @@ def unless_zero(value: Any) -> float | None:
     return found or None
 
 
+def if_above_zero(value: Any) -> float | None:
+    """Return a number above 0, or None for 0 and below, which set no limit."""
+    found = number(value)
+    return found if found > 0.0 else None
+
+
 def whole(value: Any) -> int:
     """Return a whole number, which may be written as 20.0."""
     found = number(value)
@@ -117,7 +123,7 @@ def numbers(value: Any, count: int) -> list[float]:
     return [number(each) for each in given]
 
 
-_NO_TEXT: tuple[Convert, ...] = (number, magnitude, negated, above_zero, unless_zero, whole, flag)
+_NO_TEXT: tuple[Convert, ...] = (number, magnitude, negated, above_zero, if_above_zero, unless_zero, whole, flag)
 
 
 def at_most(limit: float) -> Convert:

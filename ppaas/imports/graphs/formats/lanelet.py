@@ -55,7 +55,11 @@ def read_lanelets(content: bytes, report: ImportReport, options: GraphOptions) -
             notes.without_effect(part, f"a lanelet for others: {tags['subtype']}")
         else:
             _read_lanelet(builder, part, tags, _borders(relation, ways, places), places, notes=notes)
-    report.taken(f"{len(builder.graph.nodes)} ends of lanelets", "ends of lanes")
+    for way in root.iter("way"):
+        if _tags(way).get("type") == "lanelet":
+            notes.refused(f"way {way.get('id')}", "a lanelet is a relation of two borders, no way")
+    if builder.graph.nodes:
+        report.taken(f"{len(builder.graph.nodes)} ends of lanelets", "ends of lanes")
     notes.write(report)
     return ReadGraph(builder.graph, report)
 

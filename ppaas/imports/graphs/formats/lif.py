@@ -160,12 +160,20 @@ class _Reader:
         if not self.builder.add_node(key, GraphNode(key, (x, y), part)):
             return
         for _, properties in self._of_vehicle(given, "vehicleTypeNodeProperties"):
-            yaw = number(properties, "theta")
-            if yaw is not None:
-                self._yaws.setdefault(key, wrapped(yaw))
-            if field(properties, "loadRestriction") is not None:
-                self._notes.without_effect(f"{part}.loadRestriction", _WITHOUT_EFFECT["loadRestriction"])
+            self._read_heading(key, part, properties)
+            for name in ("loadRestriction", "allowedDeviationXY"):
+                if field(properties, name) is not None:
+                    self._notes.without_effect(f"{part}.{name}", _WITHOUT_EFFECT[name])
             self._read_actions(key, part, properties)
+
+    def _read_heading(self, key: str, part: str, properties: Mapping[str, Any]) -> None:
+        yaw = number(properties, "theta")
+        if yaw is None:
+            return
+        if abs(yaw) > math.tau:
+            self._notes.refused(f"{part}.theta", f"{yaw:g} is no angle in radians, which are from -3.14 to 3.14")
+        else:
+            self._yaws.setdefault(key, wrapped(yaw))
 
     def _read_actions(self, key: str, part: str, properties: Mapping[str, Any]) -> None:
         for _, action in objects(properties, "actions"):

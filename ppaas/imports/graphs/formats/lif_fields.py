@@ -22,7 +22,8 @@ class LifField(NamedTuple):
     Parameters
     ----------
     kind : str
-        ``text``, ``number``, ``truth``, ``texts``, ``numbers``, an object by name, or a list of such: ``[node]``.
+        ``text``, ``number``, ``truth``, ``any``, ``texts``, ``numbers``, an object by name, or a list of such:
+        ``[node]``.
     required : bool
     choices : tuple of str
         Values that a text may have; any if empty.
@@ -62,7 +63,7 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "blockingType": LifField("text", required=True, choices=("NONE", "SOFT", "SINGLE", "HARD")),
         "actionParameters": LifField("[parameter]"),
     },
-    "parameter": {"key": _KEY, "value": _KEY},
+    "parameter": {"key": _KEY, "value": LifField("any", required=True)},
     "edge": {
         "edgeId": _KEY, "edgeName": _TEXT, "edgeDescription": _TEXT, "startNodeId": _KEY, "endNodeId": _KEY,
         "vehicleTypeEdgeProperties": LifField("[edge of a vehicle]", required=True),
@@ -88,11 +89,15 @@ FIELDS: Mapping[str, Mapping[str, LifField]] = {
         "controlPoints": LifField("[control point]", required=True),
     },
     "control point": {"x": _X, "y": _X, "weight": _NUMBER},
-    "deviation": {"a": _X, "b": _X, "theta": _X},
+    "deviation": {
+        "a": _NUMBER, "b": _NUMBER, "aMinimum": _NUMBER, "bMinimum": _NUMBER, "aMaximum": _NUMBER, "bMaximum": _NUMBER,
+        "theta": _NUMBER,
+    },
     "corridor": {"maximumLeftWidth": _X, "maximumRightWidth": _X, "corridorReferencePoint": _TEXT},
     "station": {
         "stationId": _KEY, "interactionNodeIds": LifField("texts", required=True), "stationName": _TEXT,
-        "stationDescription": _TEXT, "stationHeight": _NUMBER, "stationPosition": LifField("position"),
+        "stationDescription": _TEXT, "stationType": _TEXT, "stationHeight": _NUMBER,
+        "stationPosition": LifField("position"),
     },
 }  # fmt: skip
 """Fields by the name of their object."""
@@ -131,6 +136,7 @@ def _without_spaces(given: Any, depth: int) -> Any:
 
 _TYPES: Mapping[str, Any] = {
     "text": str, "number": int | float, "truth": bool, "texts": list[str], "numbers": list[int | float],
+    "any": Any,
 }  # fmt: skip
 
 _OUTER = ("lif", "[layout]", "layout")

@@ -20,6 +20,7 @@ NAMES: Mapping[str, str] = {
     "minimumLoadHandlingDeviceHeight": "minHeight",
     "maximumMobileRobotHeight": "maxHeight",
     "lifId": "projectIdentification",
+    "feasibleActions": "actions",
     **{f"{each}Descriptor": f"{each}Description" for each in ("layout", "node", "edge", "station", "action")},
     **{f"{each}descriptor": f"{each}Description" for each in ("layout", "node", "edge", "station", "action")},
 }

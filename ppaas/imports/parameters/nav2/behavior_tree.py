@@ -101,9 +101,13 @@ def read_tree(content: bytes) -> Tree:
     main = trees.get(root.get("main_tree_to_execute", ""), next(iter(trees.values())))
     nodes = list(_walk(main, trees))
     names = [node.name for node in nodes]
-    known = {*RECOVERIES, *CLEARS, "RateController", "RecoveryNode", "RoundRobin", "BehaviorTree", *PLANS}
+    recoveries = tuple(_recoveries(nodes))
+    taken = {each.type for each in recoveries}
+    known = {name for name, (_, plugin, _) in RECOVERIES.items() if plugin in taken}
+    known |= CLEARS if CLEAR[1] in taken else set()
+    known |= {"RateController", "RecoveryNode", "RoundRobin", "BehaviorTree", *PLANS}
     others = dict.fromkeys(name for name in names if name not in known)
-    return Tree(_rate(nodes), tuple(_recoveries(nodes)), tuple(others))
+    return Tree(_rate(nodes), recoveries, tuple(others))
 
 
 class _Node(msgspec.Struct):

@@ -58,6 +58,7 @@ FOREIGN = {
     "ekf_filter_node": "the robot publishes its odometry itself",
     "robot_state_publisher": "ppaas robot urdf put takes the model of the robot",
     "joint_state_publisher": "ppaas robot urdf put takes the model of the robot",
+    "world_model": "the clone has its costmaps itself",
     "twist_mux": "the robot chooses among its sources of commands itself",
 }
 """Nodes that are no part of Nav2, and often in its files."""
@@ -69,3 +70,10 @@ INNER = ("_rclcpp_node", "_client")
 def rule_of(table: NodeTable, name: str) -> ParameterRule | None:
     """Return the rule of a parameter of a node, or of all nodes; None if it is unknown."""
     return table.rules.get(name) or rule_of_any_node(name)
+
+
+def owner_of(table: NodeTable, name: str) -> str:
+    """Return the plug-in of a node, or else another node, that knows a parameter; empty if none does."""
+    plugins = (plugin for group in table.groups for plugin in group.tables)
+    owner = next((plugin.plugin for plugin in plugins if name in plugin.rules), "")
+    return owner or next((each.node for each in NODES if name in each.rules), "")

@@ -12,7 +12,7 @@ from ppaas.imports.parameters.nav2.reasons import (
 )
 from ppaas.imports.parameters.nav2.tables import PluginTable, rules_of
 from ppaas.imports.parameters.rules import without_effect
-from ppaas.imports.parameters.values import above_zero, magnitude, number, times, unless_zero, whole
+from ppaas.imports.parameters.values import above_zero, if_above_zero, magnitude, number, times, unless_zero, whole
 
 # -- DWB ---------------------------------------------------------------------------------------------------------------
 
@@ -65,8 +65,8 @@ DWB = PluginTable(
         "dwa",
         _DWB_SAME,
         {
-            "min_speed_xy": ("min_vel_trans", unless_zero),
-            "min_speed_theta": ("min_vel_theta", unless_zero),
+            "min_speed_xy": ("min_vel_trans", if_above_zero),
+            "min_speed_theta": ("min_vel_theta", if_above_zero),
             "vtheta_samples": ("vth_samples", whole),
             "linear_granularity": ("sim_granularity", above_zero),
             "path_distance_bias": ("path_distance_bias", number),
@@ -169,7 +169,8 @@ MPPI = PluginTable(
             BRAKES: "ax_min az_min",
             "command_delay holds for all velocities": "model_delay_wz",
             "the clone drives a base that turns in place": (
-                "motion_model AckermannConstraints.min_turning_r min_turning_r diff_drive.plugin omni.plugin "
+                "motion_model AckermannConstraints.min_turning_r AckermannConstrains.min_turning_r min_turning_r "
+                "diff_drive.plugin omni.plugin "
                 "ackermann.plugin ackermann.min_turning_r"
             ),
             SHOWN: (

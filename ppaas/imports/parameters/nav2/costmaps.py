@@ -1,7 +1,7 @@
 """Parameters of ``local_costmap`` and ``global_costmap``, with their layers and filters."""
 
 from ppaas.clone.surroundings import MAX_PUBLISH_FREQUENCY
-from ppaas.imports.parameters.nav2.reasons import SHOWN, TRANSFORMS
+from ppaas.imports.parameters.nav2.reasons import SHOWN, TRANSFORMS, TYPES
 from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
 from ppaas.imports.parameters.outline_rules import OUTLINE_RULES
 from ppaas.imports.parameters.rules import without_effect
@@ -31,6 +31,15 @@ LOCAL_SOURCE = _OF_SOURCE | rules_of(
 GLOBAL_SOURCE = _OF_SOURCE | without_effect(
     OF_LOCAL, "obstacle_max_range raytrace_max_range obstacle_range raytrace_range"
 )
+
+_OUTSIDE = PluginTable(
+    "",
+    _OF_SOURCE
+    | without_effect(
+        "sources count below their layer", "obstacle_max_range raytrace_max_range obstacle_range raytrace_range"
+    ),
+)
+"""Source of observations outside any layer, as in Dashing."""
 
 _OBSTACLE = (
     "enabled footprint_clearing_enabled min_obstacle_height max_obstacle_height combination_method "
@@ -183,7 +192,7 @@ _NONE = {
     SHOWN: "always_send_full_costmap",
     "amcl names the frames": "global_frame robot_base_frame",
     "the robot has one footprint": "subscribe_to_stamped_footprint clearable_layers layer_names",
-    ALL_LASERS: "observation_sources",
+    TYPES: "plugin_types",
 }
 
 _DEFAULTS = {
@@ -196,8 +205,9 @@ _DEFAULTS = {
 def _groups(node: str) -> tuple[PluginGroup, ...]:
     filters = (KEEPOUT, SPEED, *OTHER_FILTERS)
     return (
-        PluginGroup(("plugins",), (*_layers(node), *filters), _DEFAULTS),
+        PluginGroup(("plugins", "plugin_names"), (*_layers(node), *filters), _DEFAULTS),
         PluginGroup(("filters",), filters),
+        PluginGroup(("observation_sources",), untyped=_OUTSIDE),
     )
 
 

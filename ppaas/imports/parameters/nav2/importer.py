@@ -1,12 +1,13 @@
-"""Import of a parameter file of Nav2: Humble, Iron, Jazzy, Kilted, Lyrical and Rolling."""
+"""Import of a parameter file of Nav2: Humble, Iron, Jazzy, Kilted, Lyrical and Rolling, and those before them."""
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from ppaas.errors import InvalidParameter
 from ppaas.imports.parameters.draft import Draft
 from ppaas.imports.parameters.known_names import refuse_unknown, report_repeated
-from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, rule_of
+from ppaas.imports.parameters.nav2.catalogue import BY_NAME, FOREIGN, INNER, NODES, SMOOTHED, owner_of, rule_of
+from ppaas.imports.parameters.nav2.earlier_releases import as_today, with_plugins
 from ppaas.imports.parameters.nav2.limits import START, add_start, fit_limits, smoothed
 from ppaas.imports.parameters.nav2.nodes import WILDCARDS, NamedNode, Values, chosen_namespace, named, spread
 from ppaas.imports.parameters.nav2.recoveries import add_recoveries
@@ -88,12 +89,13 @@ class _Importer:
         for node in of_robot:
             if node.name in WILDCARDS:
                 self._add_wildcard(node, nodes[node])
+        today = {node: as_today(node.name, nodes[node]) for node in of_robot}
         for table in NODES:
-            for node in of_robot:
-                if BY_NAME.get(node.name) is table:
-                    self.add_node(table, node.path, nodes[node])
-        for node in of_robot:
-            if node.name not in WILDCARDS and node.name not in BY_NAME:
+            for node, given in today.items():
+                if BY_NAME.get(given.node) is table:
+                    self.add_node(table, node.path, given.values, given.shown)
+        for node, given in today.items():
+            if node.name not in WILDCARDS and given.node not in BY_NAME:
                 self._add_unknown(node)
 
     def _of_other_robot(self, node: NamedNode, chosen: str) -> None:
@@ -129,7 +131,9 @@ class _Importer:
 
     # -- parameters of a node ------------------------------------------------------------------------------------------
 
-    def add_node(self, table: NodeTable, path: str, values: Values) -> None:
+    def add_node(self, table: NodeTable, path: str, given_values: Values, shown: Mapping[str, str] = {}) -> None:
+        """Add the parameters of a node; ``shown`` has the names in the file of those that are renamed."""
+        values = with_plugins(given_values)
         sections = sections_of(table, values)
         lists = {key for group in table.groups for key in group.lists}
         if table.node == "behavior_server":
@@ -137,10 +141,10 @@ class _Importer:
         if table.node == "controller_server":
             self._choose_controller(sections.values())
         for name, given in values.items():
-            part = f"{path}.{name}"
+            part = f"{path}.{shown.get(name, name)}".rstrip(".")
             section = section_of(name, sections)
             if given.value is None or given.value == {}:
-                self._report.without_effect(part.rstrip("."), "has no value", given.line)
+                self._report.without_effect(part, "has no value", given.line)
             elif name in lists and not is_substitution(given.value):
                 listed = ", ".join(names_of(given.value)) or "none"
                 self._report.taken(part, f"names the sections {listed}", given.line)
@@ -167,6 +171,8 @@ class _Importer:
                 self.writer.apply(rule, part, given)
         elif "." in name and (f"{first}.plugin" in values or first in defaults):
             self._report.without_effect(part, f"no list of the node names the section {first}", given.line)
+        elif owner := owner_of(table, name):
+            self._report.without_effect(part, f"a parameter of {owner}, which does not read it here", given.line)
         else:
             refuse_unknown(part, name, [*known_names(table), *defaults], given.line, self._report)
 

@@ -15,6 +15,18 @@ SMOOTHER = (
     "smoother.refinement_num"
 )
 
+_EARLIER_SMOOTHER = (
+    "smoother.smoother.w_curve smoother.smoother.w_dist smoother.smoother.w_smooth smoother.smoother.w_cost "
+    "smoother.smoother.cost_scaling_factor smoother.optimizer.max_time smoother.optimizer.max_iterations "
+    "smoother.optimizer.debug_optimizer smoother.optimizer.gradient_tol smoother.optimizer.fn_tol "
+    "smoother.optimizer.param_tol smoother.optimizer.advanced.min_line_search_step_size "
+    "smoother.optimizer.advanced.max_num_line_search_step_size_iterations "
+    "smoother.optimizer.advanced.line_search_sufficient_function_decrease "
+    "smoother.optimizer.advanced.max_num_line_search_direction_restarts "
+    "smoother.optimizer.advanced.max_line_search_step_expansion"
+)
+"""Parameters of the smoother of Foxy and Galactic."""
+
 _TOLERANCE: dict[str, Given] = {"tolerance": ("move_base.default_tolerance", number)}
 
 NAVFN = PluginTable(
@@ -37,7 +49,12 @@ SMAC_2D = PluginTable(
         {**_TOLERANCE, "max_planning_time": ("move_base.planner_timeout", number)},
         {
             GOAL_HEADING: "use_final_approach_orientation",
-            OWN_SMOOTHING: SMOOTHER + " smooth_path",
+            OWN_SMOOTHING: f"{SMOOTHER} {_EARLIER_SMOOTHER} smooth_path",
+            "it searches without headings": (
+                "angle_quantization_bins reverse_penalty change_penalty non_straight_penalty cost_penalty "
+                "retrospective_penalty analytic_expansion_ratio analytic_expansion_max_length lookup_table_size "
+                "cache_obstacle_heuristic"
+            ),
             OWN_SEARCH: (
                 "max_iterations max_on_approach_iterations terminal_checking_interval motion_model_for_search "
                 "minimum_turning_radius"
@@ -71,7 +88,7 @@ _LATTICE_NONE = {
         "analytic_expansion_max_cost analytic_expansion_max_cost_override use_quadratic_cost_penalty "
         "downsample_obstacle_heuristic obstacle_heuristic_downsampling"
     ),
-    OWN_SMOOTHING: SMOOTHER,
+    OWN_SMOOTHING: f"{SMOOTHER} {_EARLIER_SMOOTHER}",
     SHOWN: "debug_visualizations viz_expansions",
     "a goal has one heading": "goal_heading_mode coarse_search_resolution",
 }

@@ -3,7 +3,7 @@
 from ppaas.imports.parameters.nav2.controllers import DWB, MPPI, TEB
 from ppaas.imports.parameters.nav2.planners import PLANNERS
 from ppaas.imports.parameters.nav2.pursuit import GRACEFUL, PURE_PURSUIT, SHIM, VECTOR_PURSUIT
-from ppaas.imports.parameters.nav2.reasons import TRANSFORMS, WHOLE_PATH
+from ppaas.imports.parameters.nav2.reasons import TRANSFORMS, TYPES, WHOLE_PATH
 from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
 from ppaas.imports.parameters.rules import without_effect
 from ppaas.imports.parameters.values import above_zero, flag, number, whole
@@ -124,8 +124,9 @@ CONTROLLER_SERVER = NodeTable(
             "a robot without commands is stopped": "publish_zero_velocity",
             "the local costmap is current in each cycle": "costmap_update_timeout",
             WHOLE_PATH: f"{_PATH_HANDLER} search_window",
+            TYPES: "controller_plugin_types",
             "each section names its plug-in": (
-                "controller_plugin_types goal_checker_plugin_types progress_checker_plugin_types goal_checker_plugin_id"
+                "goal_checker_plugin_types progress_checker_plugin_types goal_checker_plugin_id default_goal_checker"
             ),
         },
         {"controller_frequency": number},
@@ -164,7 +165,7 @@ PLANNER_SERVER = NodeTable(
         "expected_planner_frequency",
     )
     | without_effect("plans are made on the current costmap", "costmap_update_timeout")
-    | without_effect("each section names its plug-in", "planner_plugin_types")
+    | without_effect(TYPES, "planner_plugin_types")
     | without_effect("a path leads to the goal, or there is none", "allow_partial_planning partial_plan_tolerance"),
     (PluginGroup(("planner_plugins", "planner_plugin_ids"), PLANNERS, {"GridBased": PLANNERS[0].plugin}),),
 )
@@ -221,11 +222,12 @@ BEHAVIOR_SERVER = NodeTable(
     )
     | without_effect("recoveries run at controller_frequency", "cycle_frequency")
     | without_effect(FRAMES, "global_frame local_frame robot_base_frame")
+    | without_effect(TYPES, "plugin_types")
     | without_effect(TRANSFORMS, "transform_tolerance transform_timeout")
     | without_effect("ppaas robot drive has its own parameters: teleop", _TELEOP),
     (
         PluginGroup(
-            ("behavior_plugins", "recovery_plugins"),
+            ("behavior_plugins", "recovery_plugins", "plugin_names"),
             BEHAVIORS,
             {
                 "spin": "nav2_behaviors::Spin",
@@ -254,8 +256,8 @@ BT_NAVIGATOR = NodeTable(
     | without_effect(
         BY_ACTION,
         "default_nav_to_pose_bt_xml default_nav_through_poses_bt_xml default_bt_xml_filename default_bt_xml "
-        "bt_search_directories always_reload_bt_xml always_use_latest_bt_xml plugin_lib_names bt_loop_duration "
-        "filter_duration default_server_timeout default_cancel_timeout wait_for_service_timeout "
+        "bt_xml_filename bt_search_directories always_reload_bt_xml always_use_latest_bt_xml plugin_lib_names "
+        "bt_loop_duration filter_duration default_server_timeout default_cancel_timeout wait_for_service_timeout "
         "error_code_name_prefixes error_code_names error_code_id_names transform_tolerance "
         "enable_groot_monitoring_to_file "
         "goal_updater_topic goals_updater_topic bt_log_idle_transitions",
@@ -288,7 +290,8 @@ VELOCITY_SMOOTHER = NodeTable(
     | without_effect("a robot that gets no command stops by itself", "velocity_timeout stop_after_timeout")
     | without_effect(
         "commands change within the limits of acceleration, cycle by cycle",
-        "smoothing_frequency scale_velocities feedback odom_topic odom_duration use_realtime_priority",
+        "smoothing_frequency scale_velocities feedback odom_topic odom_duration use_realtime_priority "
+        "stamp_smoothed_velocity_with_smoothing_time",
     ),
 )
 """Its limits are lists, and are not here: see ``limits.SMOOTHED``."""

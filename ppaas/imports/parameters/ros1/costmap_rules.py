@@ -36,6 +36,7 @@ EITHER: ParameterRules = {
         _PLANE, "max_obstacle_height", "min_obstacle_height", "origin_z", "z_resolution", "z_voxels",
         "unknown_threshold", "mark_threshold", "publish_voxel_map",
     ),
+    **without_effect("both follow from the footprint", "inscribed_radius", "circumscribed_radius"),
     "transform_tolerance": ParameterRule(text=_STALE),
     "restore_defaults": ParameterRule(text="it belongs to dynamic_reconfigure"),
 }  # fmt: skip

@@ -16,14 +16,22 @@ from ppaas.imports.parameters.launch_files import read_parameters
 from ppaas.imports.parameters.ros1.amcl import apply_amcl
 from ppaas.imports.parameters.ros1.costmap_rules import BOTH, COMMON_RULES, GLOBAL_RULES, LOCAL_RULES, RANGES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
-from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, rules_of_recovery
+from ppaas.imports.parameters.ros1.move_base_rules import (
+    GLOBAL_PLANNER,
+    MOVE_BASE,
+    NAVFN,
+    VELOCITY_SMOOTHER,
+    rules_of_recovery,
+)
 from ppaas.imports.parameters.ros1.sections import (
     AMCL,
     LOCAL_PLANNER,
     MOVE_BASE_NAMES,
     SLAM,
+    SMOOTHER,
     Section,
     layer_rule_name,
+    readers_of,
     sections_of,
 )
 from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
@@ -114,6 +122,7 @@ class _Robot:
         self._is_named = bool(named)
         self._planner = _last(named[-1].value) if named else DEFAULT if DEFAULT in present else (present or [""])[0]
         self._behaviors = _behaviors(sections)
+        self._layers = _layers(sections)
         searches = [each.values.get("use_dijkstra") for each in sections if each.name == "GlobalPlanner"]
         self._global = "astar" if any(each is not None and each.value is False for each in searches) else "dijkstra"
 
@@ -130,6 +139,8 @@ class _Robot:
             apply_amcl(section.values, section.node, into)
         elif SLAM in name:
             apply_gmapping(section.values, section.node, into, self._new_map)
+        elif name == SMOOTHER:
+            _plain(VELOCITY_SMOOTHER, section, into)
         elif name in self._behaviors:
             self._recovery(section, into)
         elif not name:
@@ -137,8 +148,14 @@ class _Robot:
         elif any(layer_rule_name(each, COMMON_RULES) in COMMON_RULES for each in section.values):
             _costmap(COMMON_RULES, section, into)
         else:
-            line = min(value.line for value in section.values.values())
-            refuse_unknown(section.node, name, _SECTIONS, line, into[1])
+            self._unknown(section, into[1])
+
+    def _unknown(self, section: Section, report: ImportReport) -> None:
+        line = min(value.line for value in section.values.values())
+        if section.name in self._layers:
+            report.without_effect(section.node, f"of {self._layers[section.name]}, which is not known", line)
+        else:
+            refuse_unknown(section.node, section.name, _SECTIONS, line, report)
 
     def _move_base(self, section: Section, into: "Translation") -> None:
         """Translate parameters of move_base, and those common to its costmaps, which stand beside them."""
@@ -155,7 +172,7 @@ class _Robot:
                 _costmap_value(COMMON_RULES, part, given, into)
             else:
                 own[name] = given
-        apply_known({**COMMON_RULES, **MOVE_BASE}, own, section.node, into)
+        _apply({**COMMON_RULES, **MOVE_BASE}, own, section, into)
 
     def _name_planner(self, part: str, given: GivenValue, into: "Translation") -> None:
         draft, report = into
@@ -228,6 +245,29 @@ def _behaviors(sections: list[Section]) -> dict[str, str]:
     return {each.name: each.type for each in (CONSERVATIVE, ROTATE, AGGRESSIVE)}
 
 
+def _layers(sections: list[Section]) -> dict[str, str]:
+    """Return the types of the layers that costmaps list, by their names."""
+    lists = [given.value for section in sections for name, given in section.values.items() if name == "plugins"]
+    listed = [each for found in lists if isinstance(found, list) for each in found if isinstance(each, dict)]
+    return {str(each["name"]): str(each["type"]) for each in listed if {"name", "type"} <= each.keys()}
+
+
+def _apply(rules: ParameterRules, given: Mapping[str, GivenValue], section: Section, into: "Translation") -> None:
+    """Apply the rules of a program to its parameters; names that another program reads have no effect."""
+    own = {}
+    for name, value in given.items():
+        if name in rules or not _is_read_elsewhere(section.prefix + name, name, value, into[1]):
+            own[name] = value
+    apply_known(rules, own, section.node, into)
+
+
+def _is_read_elsewhere(part: str, name: str, given: GivenValue, report: ImportReport) -> bool:
+    readers = readers_of(name)
+    if readers:
+        report.without_effect(part, f"a parameter of {readers}, which does not read it here", given.line)
+    return bool(readers)
+
+
 def _plain(rules: ParameterRules, section: Section, into: "Translation") -> None:
     """Apply rules to a section, in which a name may have further ones below it."""
     own = {}
@@ -237,7 +277,7 @@ def _plain(rules: ParameterRules, section: Section, into: "Translation") -> None
             into[1].without_effect(section.prefix + name, rules[above].text, given.line)
         else:
             own[name] = given
-    apply_known(rules, own, section.node, into)
+    _apply(rules, own, section, into)
 
 
 def _top_speed(own: str, part: str, given: GivenValue, into: "Translation") -> None:
@@ -286,7 +326,8 @@ def _costmap_value(rules: ParameterRules, part: str, given: GivenValue, into: "T
     short = layer_rule_name(part, rules)
     rule = rules.get(short)
     if rule is None:
-        refuse_unknown(part, short, rules, given.line, report)
+        if not _is_read_elsewhere(part, short, given, report):
+            refuse_unknown(part, short, rules, given.line, report)
     elif not rule.to:
         report.without_effect(part, rule.text, given.line)
     elif not is_left_open(part, given, report):

@@ -85,6 +85,7 @@ DYNAMIC_WINDOW: ParameterRules = {
     **without_effect(_DEBUG, "publish_traj_pc", "publish_cost_grid_pc", "publish_cost_grid"),
     **without_effect("frames are named in amcl or grid_slam", "global_frame_id", "odom_topic"),
     "cheat_factor": ParameterRule(text=_WEIGHTS),
+    "inner_xy_goal_tolerance": ParameterRule(text="xy_goal_tolerance is the distance to the goal"),
     "use_dwa": ParameterRule(text="dwa always searches the velocities of the next cycle"),
     "restore_defaults": ParameterRule(text=_RECONFIGURE),
 }  # fmt: skip

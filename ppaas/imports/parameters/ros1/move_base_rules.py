@@ -74,6 +74,12 @@ MOVE_BASE: ParameterRules = {
 }  # fmt: skip
 """Rules of move_base. The local planner is translated with its parameters."""
 
+VELOCITY_SMOOTHER: ParameterRules = without_effect(
+    "commands change within the limits of speed and acceleration of the local planner",
+    "speed_lim_v", "speed_lim_w", "accel_lim_v", "accel_lim_w", "decel_factor", "frequency", "robot_feedback",
+)  # fmt: skip
+"""Rules of yocs_velocity_smoother, which smooths the commands of move_base."""
+
 _SAME_COSTS = "costs are weighed as by the costmap"
 _NO_WINDOW = "the whole map is planned on"
 _SHOWN = "potentials are not published"

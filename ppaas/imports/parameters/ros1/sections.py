@@ -7,7 +7,7 @@ import msgspec
 from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
-from ppaas.imports.parameters.ros1.move_base_rules import MOVE_BASE
+from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, VELOCITY_SMOOTHER
 from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRules
 from ppaas.imports.parameters.slam.gmapping import RULES as GMAPPING
@@ -16,6 +16,7 @@ MOVE_BASE_NAMES = ("move_base", "move_base_node", "move_base_flex")
 """Names of the node, which its parameters may be below."""
 
 AMCL, SLAM, COMMON, LOCAL_PLANNER = "amcl", "gmapping", "costmap", "base_local_planner"
+SMOOTHER = "velocity_smoother"
 """Sections of parameters that may be outside any, in the file of their program."""
 
 _FLAT: Mapping[str, Iterable[str]] = {
@@ -24,9 +25,19 @@ _FLAT: Mapping[str, Iterable[str]] = {
     "TebLocalPlannerROS": (*ELASTIC_BAND, *TOP_SPEEDS),
     "DWAPlannerROS": (*DYNAMIC_WINDOW, *TOP_SPEEDS),
     "TrajectoryPlannerROS": TRAJECTORY,
+    SMOOTHER: VELOCITY_SMOOTHER,
 }
 """Names of the parameters that a program reads, if its file is loaded into its own namespace."""
 
+
+_PROGRAMS: Mapping[str, Iterable[str]] = {
+    **_FLAT,
+    "costmap_2d": COMMON_RULES,
+    "move_base": MOVE_BASE,
+    "NavfnROS": NAVFN,
+    "GlobalPlanner": GLOBAL_PLANNER,
+}
+"""Names of the parameters of each program."""
 
 NAMED = frozenset(
     (*MOVE_BASE_NAMES, *_FLAT, "slam_gmapping", "local_costmap", "global_costmap", "NavfnROS", "GlobalPlanner")
@@ -95,3 +106,8 @@ def _flat_section(flat: dict[str, GivenValue]) -> Section:
 def layer_rule_name(name: str, rules: ParameterRules) -> str:
     """Return the name of a costmap's rule: its last part, if the parameter belongs to a layer or a source."""
     return name if name in rules else name.rpartition(".")[2]
+
+
+def readers_of(name: str) -> str:
+    """Return the programs that read a parameter of a name, as text; empty if none is known."""
+    return " or ".join(program for program, names in _PROGRAMS.items() if name in names)

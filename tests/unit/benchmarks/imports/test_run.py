@@ -1,5 +1,7 @@
 """Bench of the imports: kinds, samples, reports and drives."""
 
+import re
+
 import pytest
 
 from benchmarks.imports import drives
@@ -24,6 +26,26 @@ def test_each_kind_of_sample_is_another_one() -> None:
     kinds = [next(kind.name for kind in KINDS if kind.knows(name, content)) for name, content in SAMPLES.items()]
     households, clouds, drawn = ["map"] * 2, ["cloud or raster"] * 3 + ["cloud"] * 2, ["raster", *["floor plan"] * 2]
     assert kinds == ["Nav2", "slam_toolbox", "graph", "graph", *households, *clouds, *drawn]
+
+
+def test_files_with_several_programs_and_launch_files_have_a_kind() -> None:
+    both = b"slam_toolbox:\n  ros__parameters: {resolution: 0.05}\namcl:\n  ros__parameters: {min_particles: 90}\n"
+    launch = (
+        b"<launch><node pkg='amcl' type='amcl' name='amcl'><param name='min_particles' value='90'/></node></launch>"
+    )
+    kinds = [try_file("nav.yaml", both, drives=False), try_file("amcl.launch", launch, drives=False)]
+    assert [(each.kind, each.error, each.taken) for each in kinds] == [("Nav2", "", 1), ("ROS 1 launch file", "", 1)]
+
+
+@pytest.mark.parametrize("more", [b"", b"name: web\nversion: 3\n"])
+def test_a_file_of_which_most_parts_are_refused_is_no_import(more: bytes) -> None:
+    tried = try_file("compose.yaml", b"services: {web: {image: nginx}}\n" + more, drives=True)
+    assert (tried.error, tried.drove, tried.good) == ("no: most parts were refused", "", False)
+
+
+def test_a_robot_drives_a_part_of_a_lane_that_is_very_long() -> None:
+    lanes = re.sub(rb"([1-9]\d*)\.0([,\]])", rb"\g<1>00.0\2", SAMPLES["route.geojson"])
+    assert try_file("route.geojson", lanes, drives=True).drove.startswith("drove 30")
 
 
 def test_a_robot_drives_along_imported_lanes() -> None:

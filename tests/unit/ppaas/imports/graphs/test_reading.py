@@ -85,6 +85,11 @@ def test_what_cannot_be_read_is_refused_with_the_reason(content: bytes, reason: 
         read_graph(content, "g")
 
 
+def test_a_file_named_json_is_read_as_json() -> None:
+    with pytest.raises(InvalidInput, match=r"graph\.geojson is no JSON: .* in line 1"):
+        read_graph(b'// routes\n{"type": "FeatureCollection"}', "graph.geojson")
+
+
 def test_files_that_are_too_large_are_refused_unread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reading, "MAX_FILE", 100)
     with pytest.raises(InvalidInput, match=f"g has {len(GRAPH)} bytes; at most 100 are allowed"):

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from ppaas.imports.parameters.draft import Translation
-from ppaas.imports.parameters.known_names import apply_known, values_of_node
+from ppaas.imports.parameters.known_names import apply_known, refuse_unknown, values_of_node
 from ppaas.imports.parameters.ros_yaml import GivenValue, read_parameter_file
 from ppaas.imports.parameters.rules import ParameterRule
 from ppaas.imports.report import ImportReport
@@ -39,6 +39,12 @@ def test_an_unknown_name_is_refused_with_the_nearest_one() -> None:
         "unknown parameter; did you mean 'max_vel_x'?",
         "unknown parameter; look it up in the tables of parameters, and leave it out",
     ]
+
+
+def test_a_value_in_the_place_of_a_section_is_refused_with_its_names() -> None:
+    report = ImportReport("f")
+    refuse_unknown("amcl.start", "start", ["start.x", "start.y", "started"], 3, report)
+    assert [entry.text for entry in report.entries] == ["it must be a section, with x, y"]
 
 
 def test_names_that_every_node_has_are_known() -> None:

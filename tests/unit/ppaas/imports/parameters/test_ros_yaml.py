@@ -66,6 +66,12 @@ def test_other_files_are_refused(text: bytes, words: str) -> None:
         read_parameter_file(text)
 
 
+def test_marks_that_a_merge_has_left_are_named() -> None:
+    text = b"amcl:\n  max_beams: 30\n<<<<<<< HEAD\n  alpha1: 0.2\n=======\n  alpha1: 0.3\n>>>>>>> 9f0c1d2 (noise)\n"
+    with pytest.raises(InvalidParameter, match="line 3 is a mark of git, which has not merged two versions"):
+        read_parameter_file(text)
+
+
 def test_deep_and_many_values_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     deep = "\n".join(" " * level + f"a{level}:" for level in range(ros_yaml.MAX_DEPTH + 5)).encode() + b" 1\n"
     with pytest.raises(InvalidParameter, match="deep"):

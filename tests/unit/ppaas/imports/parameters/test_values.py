@@ -21,6 +21,8 @@ from ppaas.imports.parameters import values
         (values.whole, "12", 12),
         (values.unless_zero, 0.0, None),
         (values.unless_zero, 0.2, 0.2),
+        (values.if_above_zero, 0.2, 0.2),
+        (values.if_above_zero, -0.2, None),
         (values.frame, "/robot1/base_link", "robot1/base_link"),
         (values.corners, "[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]",
          [[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]),

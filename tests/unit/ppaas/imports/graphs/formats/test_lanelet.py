@@ -57,6 +57,13 @@ def test_degrees_need_an_anchor() -> None:
     assert points_of(graph, graph.edges[0])[1] == pytest.approx((10.0, 0.0), abs=0.02)
 
 
+def test_a_way_that_is_called_a_lanelet_is_refused() -> None:
+    way = '<way id="14"><nd ref="1"/><nd ref="2"/><tag k="type" v="lanelet"/></way>'
+    _, report = read_graph(osm(ways=way), "hall.osm")
+    assert texts(report, REFUSED) == {"way 14": "a lanelet is a relation of two borders, no way"}
+    assert not [entry for entry in report.entries if "ends of lanelets" in entry.part]
+
+
 def test_what_is_no_lane_is_reported() -> None:
     relations = (
         lanelet(20, 10, 12, subtype="crosswalk"),

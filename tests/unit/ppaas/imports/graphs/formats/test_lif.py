@@ -190,6 +190,26 @@ def test_names_of_2_0_are_those_before_it() -> None:
     assert [each.max_speed for each in graph.edges] == [0.9]
 
 
+def test_fields_of_the_release_of_2_0_are_known() -> None:
+    deviation = {"aMinimum": 0.3, "bMinimum": 0.2, "aMaximum": 0.5, "bMaximum": 0.4, "theta": 0.0}
+    pick = {"actionType": "pick", "blockingType": "HARD", "actionParameters": [{"key": "levels", "value": [1, 2]}]}
+    nodes = [of_two("a", 0.0), of_two("b", 5.0, allowedDeviationXY=deviation, feasibleActions=[pick])]
+    station = {"stationId": "s", "interactionNodeIds": ["b"], "stationType": "rack"}
+    hall = {"layoutId": "h", "layoutVersion": "1", "nodes": nodes, "edges": [], "stations": [station]}
+    meta = {"lifId": "x", "creator": "us", "exportTimestamp": "2026-11-01T00:00:00.00Z", "lifVersion": "2.0.0"}
+    origins = [{"originId": "O1", "layouts": [hall]}]
+    graph, report = read_graph(json.dumps({"metaInformation": meta, "origins": origins}).encode(), "hall")
+    assert not any("breaks the schema" in text for text in texts(report, TRANSLATED).values())
+    assert [(each.name, each.uses) for each in graph.stations] == [("s", ("pick",))]
+    assert "layouts[0].nodes[1].allowedDeviationXY" in texts(report, NO_EFFECT)
+
+
+def test_a_heading_in_degrees_is_refused() -> None:
+    graph, report = read_graph(lif(layout([of_two("a", 0.0, theta=90.0)], [])), "hall")
+    assert texts(report, REFUSED)["layouts[0].nodes[0].theta"].startswith("90 is no angle in radians")
+    assert list(graph.nodes) == ["a"]
+
+
 @pytest.mark.parametrize("number", range(10))
 def test_the_examples_of_the_format_are_read(data: Path, number: int) -> None:
     file = sorted((data / "lif").glob("*.json"))[number]

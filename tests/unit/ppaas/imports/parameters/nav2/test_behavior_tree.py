@@ -69,6 +69,13 @@ def test_recoveries_with_other_parameters_have_other_names() -> None:
     assert as_behaviors(read.recoveries)[1] == {"name": "spin_2", "type": "rotate_recovery"}
 
 
+def test_recoveries_outside_the_recovery_node_are_not_taken() -> None:
+    stuck = "<Sequence><IsStuck/><Spin/><ClearEntireCostmap/></Sequence>"
+    read = read_tree(f"<root><BehaviorTree ID='Main'>{stuck}</BehaviorTree></root>".encode())
+    assert read.recoveries == ()
+    assert read.others == ("Sequence", "IsStuck", "Spin", "ClearEntireCostmap")
+
+
 def test_subtrees_and_explicit_nodes_are_read_and_ports_of_the_blackboard_have_defaults() -> None:
     read = tree('<RoundRobin><SubTree ID="Turns"/><Action ID="Wait" wait_duration="4"/></RoundRobin>', retries=2)
     assert names(read) == ["spin", "wait"]

@@ -196,3 +196,27 @@ def test_what_means_nothing_is_refused(text: str, words: str) -> None:
 def test_a_file_of_ros_2_is_an_error() -> None:
     with pytest.raises(InvalidParameter, match=r"f\.yaml has ros__parameters"):
         one("amcl: {ros__parameters: {z_hit: 0.5}}")
+
+
+def test_a_name_that_another_program_reads_has_no_effect_where_it_stands() -> None:
+    layer = "obstacles: {enabled: true, heading_scoring: true}"
+    found = one(f"obstacle_range: 2.0\nmeter_scoring: true\nfootprint_model: point\n{layer}")
+    assert refused(found) == []
+    reason = "a parameter of TrajectoryPlannerROS, which does not read it here"
+    assert entry_of(found, "meter_scoring").text == entry_of(found, "obstacles.heading_scoring").text == reason
+    assert entry_of(found, "footprint_model").text.startswith("a parameter of TebLocalPlannerROS")
+
+
+def test_a_layer_of_an_unknown_type_is_named_by_its_type() -> None:
+    layers = "plugins:\n- {name: edge, type: 'my_layers::EdgeLayer'}\n"
+    common, layer = files(common=layers, layer="edge: {strength: 3}")
+    assert refused(common) == refused(layer) == []
+    assert entry_of(layer, "edge").text == "of my_layers::EdgeLayer, which is not known"
+
+
+def test_radii_of_early_costmaps_and_the_smoother_of_velocities_have_no_effect() -> None:
+    found = one("inscribed_radius: 0.2\ncircumscribed_radius: 0.3\ninflation_radius: 0.5")
+    assert entry_of(found, "inscribed_radius").text == "both follow from the footprint"
+    smoother = one("speed_lim_v: 0.7\naccel_lim_v: 1.0\nfrequency: 20.0\nrobot_feedback: 2")
+    assert set(outcomes(smoother).values()) == {"no effect"}
+    assert smoother[0] == {}
