@@ -108,16 +108,17 @@ class DockingScene:
         self.chargers = chargers
         self.battery = SimulatedBattery(tuple(chargers.values()), self._rng, charge=0.5)
         self._wrong = Pose2D(0.0, 0.0)
-        self._clock = ManualClock(1000.0)
-        self.graph = Graph(clock=self._clock, stamp_clock=self._clock)
-        self._add_node(parameters or DockingParameters(), mapped)
+        self.clock = ManualClock(1000.0)
+        self.graph = Graph(clock=self.clock, stamp_clock=self.clock)
+        self.add_node(parameters or DockingParameters(), mapped)
         self.ended: DockRobotActionResult | None = None
         self.graph.tap("cmd_vel", self._drive)
         self.graph.tap("move_base/goal", self._stage)
         self.graph.tap(DOCK_ROBOT.result.name, self._end)
         self._staged: GoalID | None = None
 
-    def _add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
+    def add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
+        """Start the node, with docks where the map has them."""
         body, outline = robot_model("turtlebot2"), outline_of(robot_model("turtlebot2"))
         zones = ZoneSet([Zone(Point([at.x, at.y]), Dock(name=name, yaw=at.theta)) for name, at in mapped.items()])
         layers: MapLayers = replace(empty_layers(1.0), zones=zones)
@@ -163,7 +164,7 @@ class DockingScene:
         """Simulate one step, and send what the robot measures."""
         world, before = self._world, self._world.time()
         world.step()
-        self._clock.advance(world.dt)
+        self.clock.advance(world.dt)
         now = world.time()
         wheels = self.robot.base.wheels
         self.battery.step(self.robot.base.pose, wheels.linear, world.dt)
@@ -196,7 +197,7 @@ class DockingScene:
         for _ in range(10):
             self.step()
         begin = self._world.time()
-        goal = DockRobotActionGoal(goal_id=GoalID(Time.of(self._clock()), "bench"), goal=DockRobotGoal(dock_id=name))
+        goal = DockRobotActionGoal(goal_id=GoalID(Time.of(self.clock()), "bench"), goal=DockRobotGoal(dock_id=name))
         self.graph.inject(DOCK_ROBOT.goal.name, goal)
         while self.ended is None and self._world.time() - begin < longest:
             self.step()

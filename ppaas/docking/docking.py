@@ -11,7 +11,6 @@ so that it does not stand at a dock that does not charge it.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -21,7 +20,7 @@ from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, apart_from_dock, is_in_way
 from ppaas.docking.charge import ChargeVerdict, ChargeWatch
 from ppaas.docking.detection.base import NO_POINTS, DockView
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.dock import MappedDock
 from ppaas.docking.failures import (
     BatterySilent,
     ChargerLies,
@@ -32,6 +31,7 @@ from ppaas.docking.failures import (
     DockNotSeen,
     NotStaged,
 )
+from ppaas.docking.orders import STAND, Docked, DriveTo, Order, Sight
 from ppaas.docking.parameters import DockingParameters
 from ppaas.docking.pose_filter import DockPoseFilter
 from ppaas.docking.targets import DockTarget
@@ -68,52 +68,6 @@ class DockingPhase(Enum):
     WAITING = "waiting for charge"
     PRESSING = "pressing on"
     BACKING = "backing off"
-
-
-@dataclass(frozen=True, slots=True)
-class Sight:
-    """What the robot knows at a time.
-
-    Parameters
-    ----------
-    now : float
-        Time [s].
-    odometry : Pose2D
-        Pose of the robot in the odometry frame, which does not jump.
-    map_in_odom : Pose2D, optional
-        Frame of the map in the odometry frame; None as long as the robot is not localized.
-    view : DockView, optional
-        What it senses; None if nothing is new.
-    held : str
-        Why the robot must stand, in words; empty if it may drive.
-    """
-
-    now: float
-    odometry: Pose2D
-    map_in_odom: Pose2D | None = None
-    view: DockView | None = None
-    held: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class DriveTo:
-    """Order to drive to a pose in the frame of the map, with obstacles in mind."""
-
-    pose: Pose2D
-
-
-@dataclass(frozen=True, slots=True)
-class Docked:
-    """The robot is docked; a dock that charges charges it. ``pose`` is the robot's in the odometry frame."""
-
-    dock: DockPlace
-    pose: Pose2D
-
-
-Order = Velocity | DriveTo | Docked | DockingFailure
-"""What the robot does now; the last two end the goal. While Move Base drives, velocities are zero and not sent."""
-
-STAND = Velocity()
 
 
 class Docking:
@@ -173,7 +127,7 @@ class Docking:
         self._enter(DockingPhase.STAGING, now)
 
     @property
-    def dock(self) -> DockPlace:
+    def dock(self) -> MappedDock:
         """The dock to which the robot drives."""
         return self._target.dock
 

@@ -2,8 +2,8 @@
 
 import math
 
-from ppaas.docking.charge import BatteryReading, ChargeVerdict, ChargeWatch
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.charge import ChargeReading, ChargeVerdict, ChargeWatch
+from ppaas.docking.dock import MappedDock
 from ppaas.geometry import Pose2D
 
 LEFT = 0.25
@@ -15,7 +15,7 @@ class DockedWatch:
 
     Parameters
     ----------
-    dock : DockPlace
+    dock : MappedDock
     threshold : float
         Current from which the battery counts as charged [A].
     patience : float
@@ -29,13 +29,13 @@ class DockedWatch:
         Why the robot stands at the dock without charge, in words; empty while all is well.
     """
 
-    def __init__(self, dock: DockPlace, threshold: float, patience: float, now: float) -> None:
+    def __init__(self, dock: MappedDock, threshold: float, patience: float, now: float) -> None:
         self.dock, self.problem = dock, ""
         self._patience, self._began = patience, now
         self._watch = ChargeWatch(threshold)
         self._well = now
 
-    def take(self, reading: BatteryReading) -> None:
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""
         self._watch.take(reading)
 

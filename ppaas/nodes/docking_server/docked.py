@@ -1,6 +1,6 @@
 """The dock at which the robot stands, and whether it is charged there."""
 
-from ppaas.docking.charge import BatteryReading
+from ppaas.docking.charge import ChargeReading
 from ppaas.docking.watch import DockedWatch, has_left
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import String
@@ -38,7 +38,7 @@ class DockedRobot:
             self._watch = DockedWatch(at.dock, threshold, self._patience, self._context.elapsed())
         self.report()
 
-    def take(self, reading: BatteryReading) -> None:
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""
         if self._watch is not None:
             self._watch.take(reading)
