@@ -10,6 +10,10 @@ LEFT = 0.25
 """Distance from where it docked at which a robot is not docked any more [m]."""
 
 
+DOCKED = "docked at "
+"""Beginning of the report on a robot that stands at its dock as it should."""
+
+
 class DockedWatch:
     """Judges the battery of a docked robot from time to time.
 
@@ -34,6 +38,11 @@ class DockedWatch:
         self._patience, self._began = patience, now
         self._watch = ChargeWatch(threshold)
         self._well = now
+
+    @property
+    def report(self) -> str:
+        """Where the robot stands, or the problem, in words."""
+        return self.problem or f"{DOCKED}{self.dock.in_words}"
 
     def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""

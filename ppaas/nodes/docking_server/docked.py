@@ -53,9 +53,7 @@ class DockedRobot:
 
     def report(self) -> None:
         """Publish the status if it has changed."""
-        text = ""
-        if self.at is not None and self._watch is not None:
-            text = self._watch.problem or f"docked at {self.at.dock.in_words}"
+        text = "" if self._watch is None else self._watch.report
         if text != self._said:
             self._said = text
             self._context.publish(topics.DOCK_STATUS.name, String(text))
