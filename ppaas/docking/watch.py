@@ -38,6 +38,12 @@ class DockedWatch:
         self._patience, self._began = patience, now
         self._watch = ChargeWatch(threshold)
         self._well = now
+        self._verdict = ChargeVerdict.SILENT
+
+    @property
+    def charges(self) -> bool:
+        """Whether the battery was charged according to the newest readings."""
+        return self._verdict is ChargeVerdict.CHARGING
 
     @property
     def report(self) -> str:
@@ -53,7 +59,7 @@ class DockedWatch:
         if not self.dock.charges:
             return False
         begin = max(self._began, now - self._patience)
-        verdict = self._watch.verdict(begin)
+        verdict = self._verdict = self._watch.verdict(begin)
         if verdict is ChargeVerdict.CHARGING:
             self._well = self._watch.since(begin)[-1].at
         waited = now - self._well

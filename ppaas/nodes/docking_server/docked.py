@@ -31,6 +31,12 @@ class DockedRobot:
         self._watch: DockedWatch | None = None
         self._said = ""
 
+    def is_charged_at(self, name: str) -> bool:
+        """Return whether the robot stands at a dock of a name, or at any if it is empty, and is charged there."""
+        return (
+            self.at is not None and name in ("", self.at.dock.name) and self._watch is not None and self._watch.charges
+        )
+
     def dock(self, at: DockedAt | None, threshold: float = 0.0) -> None:
         """Begin to watch a robot that has docked, with the current from which it counts as charged [A]; or end it."""
         self.at, self._watch = at, None

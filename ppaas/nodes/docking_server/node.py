@@ -233,7 +233,11 @@ class DockingServerNode(Node):
             self._publish_dock_end(goal, DockingEnd(Status.ABORTED, str(error), _code_of(error)), 0)
             return
         self._end_all(f"Replaced by another goal: {name}")
-        self._begin_docking(goal, targets)
+        if goal.place is None and self._docked.is_charged_at(goal.dock):
+            self._dock_goals.accept(goal)
+            self._ended(DockingEnd(Status.SUCCEEDED, "the robot stands there, and is charged"))
+        else:
+            self._begin_docking(goal, targets)
 
     def _targets_of(self, goal: DockGoal) -> list[DockTarget]:
         if goal.place is not None:

@@ -267,6 +267,22 @@ def test_a_robot_gives_up_when_somebody_stays_in_its_way() -> None:
     assert isinstance(end, DockNotReached) and "something is in the way" in str(end)
 
 
+def test_a_robot_that_cannot_back_off_says_why_it_was_not_charged() -> None:
+    loop = Loop(fault=ChargerFault.LIAR)
+    while loop.machine.phase is not DockingPhase.BACKING:
+        loop.step()
+    loop.points = np.array([(-0.24, 0.0)])
+    assert isinstance(failure_of(loop), ChargerLies)
+
+
+def test_a_robot_that_somebody_moved_away_is_staged_again() -> None:
+    loop = Loop()
+    until_driving(loop)
+    loop.robot = HOME @ Pose2D(-3.0, 1.0, 2.0)
+    assert isinstance(loop.run(), Docked)
+    assert len(loop.staged) == 2
+
+
 def test_a_robot_that_is_stopped_waits_as_long_as_that_lasts() -> None:
     loop = Loop()
     until_driving(loop)

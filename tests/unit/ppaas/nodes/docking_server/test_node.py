@@ -18,7 +18,8 @@ from ppaas.messages.operators.teleoperation import TeleopState
 from ppaas.messages.sensor_msgs import BatteryState
 from ppaas.nodes.base import Payload
 from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT, WAIT
-from robots.sim.docks.charger import Charger, ChargerFault
+from robots.sim.bodies.furniture import table
+from robots.sim.docks.charger import Charger, ChargerFault, ChargerModel
 
 AT = Pose2D(4.0, 4.0, 0.7)
 QUIET = DockingNoise(0.005, 0.5, 0.01, (0.01, 0.01), (0.02, 0.02), 0.1, 0.0)
@@ -29,7 +30,7 @@ class Scene(DockingScene):
 
     def __init__(self, fault: ChargerFault = ChargerFault.NOTHING, **parameters: object) -> None:
         made = DockingParameters(**parameters)  # type: ignore[arg-type]
-        super().__init__({"a": Charger(AT, 0.18, fault=fault)}, {"a": AT}, 1, made, QUIET)
+        super().__init__({"a": Charger(AT, 0.18, fault=fault)}, {"a": AT}, 1, parameters=made, noise=QUIET)
         self.said: list[str] = []
         self.text = ""
         self.results: list[tuple[int, int, str]] = []
@@ -177,6 +178,25 @@ def test_a_goal_goes_on_in_another_executor(seconds: float) -> None:
     assert scene.results[-1][1] == 901
 
 
+def test_a_robot_that_is_charged_need_not_dock_again() -> None:
+    scene = Scene()
+    scene.send()
+    scene.until_result()
+    scene.run(3.0)
+    at = scene.robot.base.pose
+    for number, name in enumerate(("a", "")):
+        scene.send(name, f"again {number}")
+        assert scene.results[-1] == (Status.SUCCEEDED, 0, "the robot stands there, and is charged")
+    scene.run(1.0)
+    assert scene.robot.base.pose.distance_to(at) < 0.005
+    scene.chargers["a"].fault = ChargerFault.DEAD
+    scene.run(8.0)
+    scene.send("a", "without charge")
+    scene.chargers["a"].fault = ChargerFault.NOTHING
+    assert scene.until_result()[0] == Status.SUCCEEDED
+    assert scene.battery.flow > 0.0
+
+
 def test_the_same_goal_twice_is_one_goal() -> None:
     scene = Scene()
     scene.send()
@@ -201,6 +221,32 @@ def test_poses_of_another_detector_lead_the_robot() -> None:
         scene.say("detected_dock_pose", PoseStamped(Header(), Pose.of(Pose2D(0.0, 0.0))))
     with pytest.raises(PPaaSError, match="moon"):
         scene.say("detected_dock_pose", PoseStamped(Header(frame_id="moon"), Pose.of(Pose2D(0.0, 0.0))))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_robot_drives_under_a_cart_by_its_legs(seed: int) -> None:
+    """The cart is a table of four legs, 1 m long and 0.7 m wide; its front legs are 0.44 m from its middle."""
+    cart = DockType(
+        detection="legs", detector={"spacing": 0.58}, distance=-0.44, blind_distance=0.7, staging_distance=1.2,
+        docking_threshold=0.03, lateral_tolerance=0.06,
+    )  # fmt: skip
+    moved = AT @ Pose2D(0.1, 0.1, 0.1)
+    parameters = DockingParameters(dock_types={"cart": cart})
+    legs = table(moved, 1.0, 0.7)
+    scene = DockingScene({}, {"cart": AT}, seed, parameters=parameters, noise=QUIET, furniture=[legs])
+    outcome = scene.dock("cart")
+    assert outcome.status is Status.SUCCEEDED, outcome
+    off = moved.inverse() @ scene.robot.base.pose
+    assert abs(off.x) < 0.08 and abs(off.y) < 0.05
+
+
+def test_a_robot_docks_between_the_arms_of_a_v() -> None:
+    """The arms are 0.23 m long, and their ends stand 0.12 m before the apex."""
+    charger = Charger(AT @ Pose2D(0.05, -0.1, 0.05), 0.21, ChargerModel(angle=2.1))
+    kind = DockType(detection="v_shape", detector={"arm": 0.23, "angle": 2.1}, distance=0.21)
+    parameters = DockingParameters(dock_types={"v": kind})
+    outcome = DockingScene({"a": charger}, {"a": AT}, 1, parameters=parameters, noise=QUIET).dock("a")
+    assert outcome.status is Status.SUCCEEDED and outcome.current > 0.0, outcome
 
 
 def test_odometry_that_never_comes_ends_the_goal() -> None:
