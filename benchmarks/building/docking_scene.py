@@ -1,6 +1,7 @@
 """One robot, the node that docks it and simulated docks, in one process and on a clock that is stepped."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from ppaas.robot_model.known_models import robot_model
 from ppaas.transforms.planar import transform_message
 from ppaas.zones.shapes import Point
 from ppaas.zones.zone import Dock, Zone, ZoneSet
+from robots.sim.bodies.furniture import Furniture
 from robots.sim.docks.battery import SimulatedBattery
 from robots.sim.docks.charger import Charger
 from robots.sim.laser import LaserModel
@@ -85,15 +87,18 @@ class DockingScene:
     chargers : dict of str to Charger
         By the names of their docks.
     mapped : dict of str to Pose2D
-        Where the map has the docks.
+        Where the map has the docks; one without a charger does not charge.
     seed : int
     parameters : DockingParameters, optional
     noise : DockingNoise, optional
+    furniture : sequence of Furniture
+        What else stands in the room.
     """
 
     def __init__(
-        self, chargers: dict[str, Charger], mapped: dict[str, Pose2D], seed: int,
+        self, chargers: dict[str, Charger], mapped: dict[str, Pose2D], seed: int, *,
         parameters: DockingParameters | None = None, noise: DockingNoise | None = None,
+        furniture: Sequence[Furniture] = (),
     ) -> None:  # fmt: skip
         self.noise = noise or DockingNoise()
         self._rng = np.random.default_rng((seed, 7))
@@ -101,25 +106,27 @@ class DockingScene:
         self._world.epoch = 1000.0
         base = TurtlebotModel(slip=self.noise.slip)
         model = SimulatedRobotModel(base, LaserModel(sigma=self.noise.scan), OdometryNoise(drift=self.noise.odometry))
-        for charger in chargers.values():
-            self._world.add_furniture(charger.body())
+        for piece in (*(charger.body() for charger in chargers.values()), *furniture):
+            self._world.add_furniture(piece)
         x, y, theta = (self._rng.uniform(2.0, SIDE - 2.0) for _ in range(3))
         self.robot = self._world.add_robot(Pose2D(x, y, theta), model)
         self.chargers = chargers
         self.battery = SimulatedBattery(tuple(chargers.values()), self._rng, charge=0.5)
         self._wrong = Pose2D(0.0, 0.0)
-        self._clock = ManualClock(1000.0)
-        self.graph = Graph(clock=self._clock, stamp_clock=self._clock)
-        self._add_node(parameters or DockingParameters(), mapped)
+        self.clock = ManualClock(1000.0)
+        self.graph = Graph(clock=self.clock, stamp_clock=self.clock)
+        self.add_node(parameters or DockingParameters(), mapped)
         self.ended: DockRobotActionResult | None = None
         self.graph.tap("cmd_vel", self._drive)
         self.graph.tap("move_base/goal", self._stage)
         self.graph.tap(DOCK_ROBOT.result.name, self._end)
         self._staged: GoalID | None = None
 
-    def _add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
+    def add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
+        """Start the node, with docks where the map has them."""
         body, outline = robot_model("turtlebot2"), outline_of(robot_model("turtlebot2"))
-        zones = ZoneSet([Zone(Point([at.x, at.y]), Dock(name=name, yaw=at.theta)) for name, at in mapped.items()])
+        docks = [(at, Dock(name=name, yaw=at.theta, charges=name in self.chargers)) for name, at in mapped.items()]
+        zones = ZoneSet([Zone(Point([at.x, at.y]), dock) for at, dock in docks])
         layers: MapLayers = replace(empty_layers(1.0), zones=zones)
         targets = DockTargets(parameters, outline)
         self.node = self.graph.add(
@@ -163,7 +170,7 @@ class DockingScene:
         """Simulate one step, and send what the robot measures."""
         world, before = self._world, self._world.time()
         world.step()
-        self._clock.advance(world.dt)
+        self.clock.advance(world.dt)
         now = world.time()
         wheels = self.robot.base.wheels
         self.battery.step(self.robot.base.pose, wheels.linear, world.dt)
@@ -196,7 +203,7 @@ class DockingScene:
         for _ in range(10):
             self.step()
         begin = self._world.time()
-        goal = DockRobotActionGoal(goal_id=GoalID(Time.of(self._clock()), "bench"), goal=DockRobotGoal(dock_id=name))
+        goal = DockRobotActionGoal(goal_id=GoalID(Time.of(self.clock()), "bench"), goal=DockRobotGoal(dock_id=name))
         self.graph.inject(DOCK_ROBOT.goal.name, goal)
         while self.ended is None and self._world.time() - begin < longest:
             self.step()

@@ -132,4 +132,4 @@ def _scene(seed: int, number: int) -> tuple[DockingScene, bool, bool]:
         first = name == "first"
         chargers[name] = Charger(true, TurtlebotModel().radius, model, fault if first else ChargerFault.NOTHING)
     parameters = DockingParameters(next_docks={"first": "second"})
-    return DockingScene(chargers, mapped, seed * 100_003 + number, parameters), moved, faulty
+    return DockingScene(chargers, mapped, seed * 100_003 + number, parameters=parameters), moved, faulty

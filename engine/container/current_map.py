@@ -22,8 +22,8 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
-from ppaas.nodes.graph import Graph
 from ppaas.nodes.docking_server.node import DockingServerNode
+from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.planner_server.node import PlannerServerNode
@@ -109,7 +109,15 @@ def _await(asked: Future[None], check: Callable[[], None]) -> None:
 ZONES = "zones"
 """Name among the conditions of plans of the keep-out zones that were closed."""
 
-ON_LAYERS = (AmclNode.name, DockingServerNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR, TRAFFIC, PlannerServerNode.name)
+ON_LAYERS = (
+    AmclNode.name,
+    DockingServerNode.name,
+    LEG_DETECTOR,
+    FOLLOW_PERSON,
+    PEOPLE_COORDINATOR,
+    TRAFFIC,
+    PlannerServerNode.name,
+)
 """Nodes that use the layers of the map, beside Move Base and the map server; most containers lack some of them."""
 
 

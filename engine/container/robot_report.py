@@ -17,8 +17,9 @@ from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
+from ppaas.nodes.docking_server.driving import PREFIX
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.nav2_actions import EXPLORE
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, EXPLORE, UNDOCK_ROBOT
 from ppaas.planners.base import PlanResult
 
 BATTERY = "battery_state"
@@ -65,7 +66,8 @@ class RobotReporter:
         self._explored: tuple[float, int] = -math.inf, 0
         heard = (
             topics.AMCL_POSE, topics.AMCL_STATUS, topics.GRID_SLAM_STATUS, topics.MOVE_BASE_STATUS,
-            topics.MOVE_BASE_RESULT, topics.PLAN, EXPLORE.feedback,
+            topics.MOVE_BASE_RESULT, topics.PLAN, EXPLORE.feedback, topics.DOCK_STATUS, DOCK_ROBOT.status,
+            UNDOCK_ROBOT.status,
         )  # fmt: skip
         for topic in heard:
             if topic.name in graph.topics:
@@ -91,10 +93,13 @@ class RobotReporter:
                 pose = payload.pose.pose.planar()
                 if math.isfinite(pose.x + pose.y + pose.theta):  # a node on the robot may publish anything
                     self._change(pose=(pose.x, pose.y, pose.theta), pose_at=self._graph.now())
+            case String() if topic == topics.DOCK_STATUS.name:
+                self._change(docked=payload.data[:MOST_TEXT])
             case String():
                 self._change(localization=payload.data[:MOST_TEXT])
-            case GoalStatusArray() if payload.status_list:
-                self._goal_changed(payload.status_list[-1])
+            case GoalStatusArray():
+                for status in payload.status_list[-1:]:
+                    self._goal_changed(status)
             case MoveBaseActionResult():
                 self._goal_changed(payload.status)
                 self._count(payload.status)
@@ -104,7 +109,8 @@ class RobotReporter:
                 self._explored = self._graph.elapsed(), payload.feedback.frontiers
 
     def _goal_changed(self, status: GoalStatus) -> None:
-        if status.status not in _KNOWN:  # as above
+        # Goals of Move Base that are parts of docking say less than the goal to dock.
+        if status.status not in _KNOWN or status.goal_id.id.startswith(PREFIX):
             return
         self._change(goal=int(status.status), goal_text=status.text[:MOST_TEXT])
         if status.status in _TERMINAL:

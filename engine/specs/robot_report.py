@@ -26,6 +26,8 @@ class StateReport(msgspec.Struct, frozen=True, omit_defaults=True):
         Charge of the battery, from 0 to 1; None if the robot does not report it.
     software : str
         Software of the robot's client, as the client names it; empty if it does not.
+    docked : str
+        At which dock it stands, or why it is not charged there; empty elsewhere.
     """
 
     pose: tuple[float, float, float] | None = None
@@ -37,3 +39,4 @@ class StateReport(msgspec.Struct, frozen=True, omit_defaults=True):
     frontiers: int | None = None
     battery: float | None = None
     software: str = ""
+    docked: str = ""

@@ -24,7 +24,6 @@ from ppaas.maps.grid import GridMap
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context, Node
-from ppaas.nodes.docking_server.node import DockingServerNode
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.costmap_filters import (
@@ -140,7 +139,6 @@ def build_clone(
     base_maker = partial(_move_base, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None)
     move_base = base_maker(given, driving, body, located, robot=robot)
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
-    dock = docking(given, body, located.names, layers)
     optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
@@ -148,7 +146,6 @@ def build_clone(
         StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, located.names, urdf_text),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: _follower_kind(layers is None)(context, touring),
-        DockingServerNode.name: dock,
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **optional,
@@ -296,11 +293,12 @@ def _optional(
     layers: MapLayers | None,
     robot: str,
 ) -> dict[str, Callable[[Context], Node]]:
-    """Return the makers of the nodes that only some robots have: for depth cameras, 3D maps, exploration and people."""
+    """Return the makers of the docking server and of nodes that only some robots have: cameras, 3D maps, people …"""
     maps = layers is None
     octomap = octomap_makers(given, names, threads, wanted=maps and given.has(DEPTH_CAMERA))
     people = people_makers(given, names, layers, robot)
-    return octomap | _camera(given) | _echoes(given) | exploring(given, body, costs, names, maps=maps) | people
+    explore = exploring(given, body, costs, names, maps=maps)
+    return octomap | _camera(given) | _echoes(given) | explore | people | docking(given, body, names, layers)
 
 
 def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:

@@ -14,7 +14,7 @@ from ppaas.docking.parameters import DockingParameters
 from ppaas.docking.targets import DockTargets
 from ppaas.errors import InvalidParameter
 from ppaas.navigation.teleoperation import TeleopParameters
-from ppaas.nodes.base import Context
+from ppaas.nodes.base import Context, Node
 from ppaas.nodes.docking_server.node import DockingServerNode
 from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollowingNode, RobotPathFollower
 from ppaas.nodes.frames import FrameNames
@@ -156,8 +156,8 @@ def by_hand(given: NodeParameters, body: RobotModel) -> Callable[..., Teleop]:
 
 def docking(
     given: NodeParameters, body: RobotModel, names: FrameNames, layers: MapLayers | None
-) -> Callable[[Context], DockingServerNode]:
-    """Return the maker of the node that docks a robot; ``layers`` is None for a robot that makes its map.
+) -> dict[str, Callable[[Context], Node]]:
+    """Return the maker of the node that docks a robot, by its name; ``layers`` is None for a robot that makes its map.
 
     Raises
     ------
@@ -167,9 +167,12 @@ def docking(
     parameters = given.read(DockingParameters, DockingServerNode.name)
     outline = outline_of(body)
     targets = DockTargets(parameters, outline)
-    return lambda context: DockingServerNode(
-        context, parameters, targets, outline, braking=body.limits.acc_lim_x, layers=layers, names=names
-    )
+    braking = body.limits.acc_lim_x
+
+    def make(context: Context) -> Node:
+        return DockingServerNode(context, parameters, targets, outline, braking=braking, layers=layers, names=names)
+
+    return {DockingServerNode.name: make}
 
 
 def outline_of(body: RobotModel) -> BodyOutline:

@@ -104,7 +104,10 @@ def is_in_way(points: NDArray[np.float64], body: BodyOutline, velocity: Velocity
     return bool(ahead.any())
 
 
-def apart_from_dock(points: NDArray[np.float64], face: Pose2D) -> NDArray[np.float64]:
-    """Return the points that do not belong to a dock: those before its face, which is in the frame of the points."""
+def apart_from_dock(points: NDArray[np.float64], face: Pose2D, protrusion: float = 0.0) -> NDArray[np.float64]:
+    """Return the points that do not belong to a dock: those before its face, which is in the frame of the points.
+
+    ``protrusion`` is how far parts of the dock stand before its face [m].
+    """
     depth = (points[:, 0] - face.x) * math.cos(face.theta) + (points[:, 1] - face.y) * math.sin(face.theta)
-    return points[depth < -MARGIN]
+    return points[depth < -MARGIN - protrusion]

@@ -1,4 +1,4 @@
-"""Whether a battery is charged: by its current, or by its status where no current is measured."""
+"""Verdicts on batteries: charged or not, by their current, or by their status where no current is measured."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ FALL = 0.01
 """Loss of charge that shows that a battery is discharged, as a part of the whole."""
 
 
-class BatteryReading(NamedTuple):
+class ChargeReading(NamedTuple):
     """What a robot measures of its battery.
 
     Parameters
@@ -66,13 +66,13 @@ class ChargeWatch:
 
     def __init__(self, threshold: float) -> None:
         self._threshold = threshold
-        self._readings: deque[BatteryReading] = deque(maxlen=KEPT)
+        self._readings: deque[ChargeReading] = deque(maxlen=KEPT)
 
-    def take(self, reading: BatteryReading) -> None:
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading."""
         self._readings.append(reading)
 
-    def since(self, begin: float) -> list[BatteryReading]:
+    def since(self, begin: float) -> list[ChargeReading]:
         """Return the readings since a time [s]."""
         return [each for each in self._readings if each.at >= begin]
 
@@ -85,7 +85,7 @@ class ChargeWatch:
         return _median([each.current for each in self.since(begin)[-MOST:]])
 
 
-def verdict_of(readings: Sequence[BatteryReading], threshold: float) -> ChargeVerdict:
+def verdict_of(readings: Sequence[ChargeReading], threshold: float) -> ChargeVerdict:
     """Return what readings of a battery say, oldest first; ``threshold`` is a current [A].
 
     A full battery takes no current. The median of several readings is meant wherever a number is compared, so that
@@ -106,12 +106,12 @@ def verdict_of(readings: Sequence[BatteryReading], threshold: float) -> ChargeVe
     return ChargeVerdict.LIES if says_charging and discharged else ChargeVerdict.NOT_CHARGING
 
 
-def _most(readings: Sequence[BatteryReading], *statuses: int) -> bool:
+def _most(readings: Sequence[ChargeReading], *statuses: int) -> bool:
     """Return whether most of the readings have one of the statuses."""
     return 2 * sum(each.status in statuses for each in readings) > len(readings)
 
 
-def has_fallen(readings: Sequence[BatteryReading]) -> bool:
+def has_fallen(readings: Sequence[ChargeReading]) -> bool:
     """Return whether the charge of a battery has fallen from the first of its readings to the last ones."""
     known = [each.percentage for each in readings if each.percentage is not None]
     if len(known) < 2 * LEAST:

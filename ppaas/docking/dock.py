@@ -8,7 +8,7 @@ from ppaas.zones.shapes import Point
 from ppaas.zones.zone import Dock, ZoneSet
 
 
-class DockPlace(NamedTuple):
+class MappedDock(NamedTuple):
     """Place where a robot charges, or takes over a load.
 
     Parameters
@@ -68,11 +68,11 @@ class DockStance(NamedTuple):
         return -1.0 if self.backward else 1.0
 
 
-def docks_of(zones: ZoneSet) -> tuple[DockPlace, ...]:
+def docks_of(zones: ZoneSet) -> tuple[MappedDock, ...]:
     """Return the docks that are drawn on a map."""
     found = []
     for zone in zones.zones:
         if isinstance(zone.rule, Dock) and isinstance(zone.geometry, Point):
             x, y = zone.geometry.coordinates[:2]
-            found.append(DockPlace(zone.name, Pose2D(x, y, zone.rule.yaw), zone.rule.dock_type, zone.rule.charges))
+            found.append(MappedDock(zone.name, Pose2D(x, y, zone.rule.yaw), zone.rule.dock_type, zone.rule.charges))
     return tuple(found)

@@ -11,7 +11,6 @@ so that it does not stand at a dock that does not charge it.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -21,7 +20,7 @@ from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, apart_from_dock, is_in_way
 from ppaas.docking.charge import ChargeVerdict, ChargeWatch
 from ppaas.docking.detection.base import NO_POINTS, DockView
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.dock import MappedDock
 from ppaas.docking.failures import (
     BatterySilent,
     ChargerLies,
@@ -32,6 +31,7 @@ from ppaas.docking.failures import (
     DockNotSeen,
     NotStaged,
 )
+from ppaas.docking.orders import STAND, Docked, DriveTo, Order, Sight
 from ppaas.docking.parameters import DockingParameters
 from ppaas.docking.pose_filter import DockPoseFilter
 from ppaas.docking.targets import DockTarget
@@ -55,6 +55,9 @@ ALIGNED = 0.3
 NEAR = 0.3
 """Distance by which a robot that does not drive to the staging pose may be further away than the dock itself [m]."""
 
+AWAY = 0.8
+"""Distance by which a robot may be further away than the staging pose [m]."""
+
 BACKING_TIME = 20.0
 """Time in which a robot backs off [s]."""
 
@@ -68,52 +71,6 @@ class DockingPhase(Enum):
     WAITING = "waiting for charge"
     PRESSING = "pressing on"
     BACKING = "backing off"
-
-
-@dataclass(frozen=True, slots=True)
-class Sight:
-    """What the robot knows at a time.
-
-    Parameters
-    ----------
-    now : float
-        Time [s].
-    odometry : Pose2D
-        Pose of the robot in the odometry frame, which does not jump.
-    map_in_odom : Pose2D, optional
-        Frame of the map in the odometry frame; None as long as the robot is not localized.
-    view : DockView, optional
-        What it senses; None if nothing is new.
-    held : str
-        Why the robot must stand, in words; empty if it may drive.
-    """
-
-    now: float
-    odometry: Pose2D
-    map_in_odom: Pose2D | None = None
-    view: DockView | None = None
-    held: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class DriveTo:
-    """Order to drive to a pose in the frame of the map, with obstacles in mind."""
-
-    pose: Pose2D
-
-
-@dataclass(frozen=True, slots=True)
-class Docked:
-    """The robot is docked; a dock that charges charges it. ``pose`` is the robot's in the odometry frame."""
-
-    dock: DockPlace
-    pose: Pose2D
-
-
-Order = Velocity | DriveTo | Docked | DockingFailure
-"""What the robot does now; the last two end the goal. While Move Base drives, velocities are zero and not sent."""
-
-STAND = Velocity()
 
 
 class Docking:
@@ -173,7 +130,7 @@ class Docking:
         self._enter(DockingPhase.STAGING, now)
 
     @property
-    def dock(self) -> DockPlace:
+    def dock(self) -> MappedDock:
         """The dock to which the robot drives."""
         return self._target.dock
 
@@ -207,15 +164,28 @@ class Docking:
             self._pause(waited)
             self.text = f"waiting: {sight.held}"
             return STAND
+        if self.drives_itself and self._is_away(sight):
+            self._begin_again(sight.now)
         order = self._steps[self.phase](sight)
         if isinstance(order, Velocity) and self._is_blocked(sight, order):
             self._pause(waited)
             if sight.now - self._free_at > self._parameters.patience:
-                return self._next(DockNotReached(f"something is in the way to {self.dock.in_words}"), sight.now)
+                blocked = DockNotReached(f"something is in the way to {self.dock.in_words}")
+                return self._next(self._failure or blocked, sight.now)
             self.text = "waiting: something is in the way"
             return STAND
         self._free_at = sight.now
         return order
+
+    def _is_away(self, sight: Sight) -> bool:
+        """Return whether somebody has moved the robot far from the dock: from there it does not drive straight on."""
+        place = self._place(sight)
+        return place is not None and math.hypot(place.x, place.y) > self._target.type.staging_distance + AWAY
+
+    def _begin_again(self, now: float) -> None:
+        """Drive to the staging pose again."""
+        self._filter, self._failure, self._sent = DockPoseFilter(), None, False
+        self._enter(DockingPhase.STAGING, now)
 
     def _pause(self, seconds: float) -> None:
         """Let time pass in which the robot cannot drive."""
@@ -305,7 +275,9 @@ class Docking:
             return ChargerLies(f"at {where} the battery reports that it is charged, while it is discharged{measured}")
         if verdict is ChargeVerdict.NOT_CHARGING:
             return ContactWithoutCharge(f"the robot stands at {where}, and its battery is not charged{measured}")
-        return BatterySilent(f"the robot stands at {where}, and nothing is known of its battery: publish battery_state")
+        return BatterySilent(
+            f"the robot stands at {where}, and too little is known of its battery: publish battery_state"
+        )
 
     def _press(self, sight: Sight) -> Order:
         speed, kind = self._parameters.controller.v_linear_min, self._target.type
@@ -325,7 +297,7 @@ class Docking:
                 return self._next(self._failure, now)
             self._attempt += 1
             self.retries += 1
-            self._filter = DockPoseFilter()
+            self._filter, self._failure = DockPoseFilter(), None
             self._enter(DockingPhase.PERCEIVING, now)
             return STAND
         return along_axis(place, self._parameters.controller, to=goal, ahead=self._target.stance.ahead)
@@ -394,7 +366,7 @@ class Docking:
         axis = self._axis(sight)
         if axis is not None:
             front = axis @ Pose2D(self._body.back if self._target.stance.backward else self._body.front, 0.0)
-            points = apart_from_dock(points, sight.odometry.inverse() @ front)
+            points = apart_from_dock(points, sight.odometry.inverse() @ front, self._target.detector.protrusion)
         return is_in_way(points, self._body, velocity, self._braking)
 
     # -- failures ------------------------------------------------------------------------------------------------------

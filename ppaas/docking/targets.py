@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ppaas.docking.approach import BodyOutline
 from ppaas.docking.detection.base import DockDetector
 from ppaas.docking.detection.registry import DOCK_DETECTORS
-from ppaas.docking.dock import DockPlace, DockStance
+from ppaas.docking.dock import DockStance, MappedDock
 from ppaas.docking.failures import DockTypeUnknown, DockUnknown
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.errors import listed
@@ -17,7 +17,7 @@ from ppaas.geometry import Pose2D
 class DockTarget:
     """A dock, and how the robot docks there."""
 
-    dock: DockPlace
+    dock: MappedDock
     type: DockType
     detector: DockDetector
     stance: DockStance
@@ -74,14 +74,14 @@ class DockTargets:
             raise DockTypeUnknown(f"there is no dock_type {name[:64]!r}; known: {names}")
         return detection, DockType(detection=detection)
 
-    def target(self, dock: DockPlace) -> DockTarget:
+    def target(self, dock: MappedDock) -> DockTarget:
         """Return a dock with the settings of its type; raises as `type_of`."""
         name, kind = self.type_of(dock.type)
         if name not in self._detectors:
             self._detectors[name] = DOCK_DETECTORS.create(kind.detection, {})
         return DockTarget(dock, kind, self._detectors[name], kind.stance(self._body))
 
-    def named(self, name: str, docks: Sequence[DockPlace], robot: Pose2D | None) -> list[DockTarget]:
+    def named(self, name: str, docks: Sequence[MappedDock], robot: Pose2D | None) -> list[DockTarget]:
         """Return the dock of a name and those to try after it; without a name all docks, the nearest first.
 
         Raises

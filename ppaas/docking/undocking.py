@@ -2,8 +2,8 @@
 
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, is_in_way
-from ppaas.docking.docking import STAND, Sight
 from ppaas.docking.failures import DockingFailure, DockingTimeout
+from ppaas.docking.orders import STAND, Sight
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.geometry import Pose2D
 

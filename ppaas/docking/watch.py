@@ -2,12 +2,16 @@
 
 import math
 
-from ppaas.docking.charge import BatteryReading, ChargeVerdict, ChargeWatch
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.charge import ChargeReading, ChargeVerdict, ChargeWatch
+from ppaas.docking.dock import MappedDock
 from ppaas.geometry import Pose2D
 
 LEFT = 0.25
 """Distance from where it docked at which a robot is not docked any more [m]."""
+
+
+DOCKED = "docked at "
+"""Beginning of the report on a robot that stands at its dock as it should."""
 
 
 class DockedWatch:
@@ -15,7 +19,7 @@ class DockedWatch:
 
     Parameters
     ----------
-    dock : DockPlace
+    dock : MappedDock
     threshold : float
         Current from which the battery counts as charged [A].
     patience : float
@@ -29,13 +33,24 @@ class DockedWatch:
         Why the robot stands at the dock without charge, in words; empty while all is well.
     """
 
-    def __init__(self, dock: DockPlace, threshold: float, patience: float, now: float) -> None:
+    def __init__(self, dock: MappedDock, threshold: float, patience: float, now: float) -> None:
         self.dock, self.problem = dock, ""
         self._patience, self._began = patience, now
         self._watch = ChargeWatch(threshold)
         self._well = now
+        self._verdict = ChargeVerdict.SILENT
 
-    def take(self, reading: BatteryReading) -> None:
+    @property
+    def charges(self) -> bool:
+        """Whether the battery was charged according to the newest readings."""
+        return self._verdict is ChargeVerdict.CHARGING
+
+    @property
+    def report(self) -> str:
+        """Where the robot stands, or the problem, in words."""
+        return self.problem or f"{DOCKED}{self.dock.in_words}"
+
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""
         self._watch.take(reading)
 
@@ -44,7 +59,7 @@ class DockedWatch:
         if not self.dock.charges:
             return False
         begin = max(self._began, now - self._patience)
-        verdict = self._watch.verdict(begin)
+        verdict = self._verdict = self._watch.verdict(begin)
         if verdict is ChargeVerdict.CHARGING:
             self._well = self._watch.since(begin)[-1].at
         waited = now - self._well

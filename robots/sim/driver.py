@@ -4,17 +4,17 @@ import asyncio
 import logging
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages.geometry_msgs import Twist
-from ppaas.messages.sensor_msgs import CompressedImage
+from ppaas.messages.sensor_msgs import BatteryState, CompressedImage
 from ppaas.nodes.topics import BATTERY_STATE, COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, TF_STATIC
 from ppaas.perception.compressed_depth import compress
 from robots.client.robot_client import RobotClient
 from robots.onboard.task_group import run_together
 from robots.sim.depth.camera import DepthCameraModel
-from robots.sim.docks.fitting import RobotBattery
 from robots.sim.robot import SimulatedRobot
 
 logger = logging.getLogger(__name__)
@@ -43,6 +43,14 @@ class SensorRates:
                     *rates
                 )
             )
+
+
+class MeasuredBattery(Protocol):
+    """Battery of a robot."""
+
+    def message(self, stamp: float) -> BatteryState:
+        """Return the measured state."""
+        ...
 
 
 class FixedRate:
@@ -92,7 +100,7 @@ class Driver:
         Monotonic seconds.
     compressed : bool
         Whether depth images are sent as ``compressedDepth``, in a fifth of the bytes.
-    battery : RobotBattery, optional
+    battery : MeasuredBattery, optional
         Battery of the robot, of which nothing is published without one.
     """
 
@@ -104,7 +112,7 @@ class Driver:
         clock: Clock = monotonic,
         *,
         compressed: bool = True,
-        battery: RobotBattery | None = None,
+        battery: MeasuredBattery | None = None,
     ) -> None:
         self._robot = robot
         self._battery = battery
@@ -142,7 +150,7 @@ class Driver:
                 await self._client.publish("scan", self._robot.scan(), newest_only=True)
             await asyncio.sleep(max(min(odom.next, scan.next) - self._clock(), 0.0))
 
-    async def _report(self, battery: RobotBattery) -> None:
+    async def _report(self, battery: MeasuredBattery) -> None:
         due = FixedRate(self._rates.battery, self._clock())
         while True:
             if due.take(self._clock()):

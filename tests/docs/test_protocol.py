@@ -89,7 +89,7 @@ def graph() -> Graph:
     return clone
 
 
-AMONG_NODES = {"move_base/result", "stop/state"}
+AMONG_NODES = {"move_base/result", "stop/state", "teleop_state"}
 """Topics between nodes of the clone, which clients need not publish."""
 
 

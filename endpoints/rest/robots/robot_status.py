@@ -10,6 +10,7 @@ from engine.control.views import ReportedRobot
 from engine.rights.access import Access
 from engine.specs.robot_report import StateReport
 from ppaas.clock import epoch
+from ppaas.docking.watch import DOCKED
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.nodes import topics
 
@@ -111,7 +112,13 @@ def _task(report: StateReport, state: PresentState, stopped: str | None) -> str:
         return f"Exploring, {report.frontiers} frontier{'' if report.frontiers == 1 else 's'} left"
     if report.goal in _BESIDE_DRIVING:
         return _BESIDE_DRIVING[report.goal]
-    return report.goal_text or _without_reason(report)
+    return _at_dock(report) or report.goal_text or _without_reason(report)
+
+
+def _at_dock(report: StateReport) -> str:
+    """Return at which dock a robot without a goal stands; empty if it is not docked, or not charged there."""
+    stands = report.goal is None or report.goal in _ENDS
+    return report.docked[0].upper() + report.docked[1:] if stands and report.docked.startswith(DOCKED) else ""
 
 
 def _without_reason(report: StateReport) -> str:
@@ -125,4 +132,4 @@ def _without_reason(report: StateReport) -> str:
 def _error(report: StateReport) -> str:
     if report.goal in _ERRORS:
         return report.goal_text or f"Goal: {_ERRORS[report.goal]}"
-    return report.localization
+    return report.docked if report.docked and not report.docked.startswith(DOCKED) else report.localization

@@ -45,6 +45,11 @@ class DockDetector(ABC):
     purpose: ClassVar[str]
     """What it looks for, in words."""
 
+    @property
+    def protrusion(self) -> float:
+        """How far parts of the dock stand before its face [m]."""
+        return 0.0
+
     @abstractmethod
     def detect(self, view: DockView, expected: Pose2D) -> Pose2D | None:
         """Return the face in the robot's frame, None if it is not seen.

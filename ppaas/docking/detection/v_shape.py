@@ -47,7 +47,7 @@ class VShape(DockDetector):
         best, least = None, float("inf")
         around = view.points[near(view.points, expected, self.search + self.arm)]
         for cluster in clusters(around, self.gap):
-            for arms in itertools.pairwise(pieces(cluster, self._bend)):
+            for arms in itertools.pairwise(pieces(cluster, 0.4 * self.protrusion)):
                 face = self._apex_of(*arms)
                 if face is None or abs(wrap_angle(face.theta - expected.theta)) > FARTHEST_TURN:
                     continue
@@ -56,9 +56,9 @@ class VShape(DockDetector):
         return best
 
     @property
-    def _bend(self) -> float:
-        """Distance of the apex from the line between the ends that shows that there are two arms [m]."""
-        return 0.4 * self.arm * math.cos(0.5 * self.angle)
+    def protrusion(self) -> float:
+        """How far the ends of the arms stand before the apex [m]."""
+        return self.arm * math.cos(0.5 * self.angle)
 
     def _apex_of(self, first: Points, second: Points) -> Pose2D | None:
         """Return the apex of two arms, None if they have another shape."""

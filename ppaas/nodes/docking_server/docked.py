@@ -1,6 +1,6 @@
 """The dock at which the robot stands, and whether it is charged there."""
 
-from ppaas.docking.charge import BatteryReading
+from ppaas.docking.charge import ChargeReading
 from ppaas.docking.watch import DockedWatch, has_left
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import String
@@ -31,6 +31,12 @@ class DockedRobot:
         self._watch: DockedWatch | None = None
         self._said = ""
 
+    def is_charged_at(self, name: str) -> bool:
+        """Return whether the robot stands at a dock of a name, or at any if it is empty, and is charged there."""
+        return (
+            self.at is not None and name in ("", self.at.dock.name) and self._watch is not None and self._watch.charges
+        )
+
     def dock(self, at: DockedAt | None, threshold: float = 0.0) -> None:
         """Begin to watch a robot that has docked, with the current from which it counts as charged [A]; or end it."""
         self.at, self._watch = at, None
@@ -38,7 +44,7 @@ class DockedRobot:
             self._watch = DockedWatch(at.dock, threshold, self._patience, self._context.elapsed())
         self.report()
 
-    def take(self, reading: BatteryReading) -> None:
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""
         if self._watch is not None:
             self._watch.take(reading)
@@ -53,9 +59,7 @@ class DockedRobot:
 
     def report(self) -> None:
         """Publish the status if it has changed."""
-        text = ""
-        if self.at is not None and self._watch is not None:
-            text = self._watch.problem or f"docked at {self.at.dock.in_words}"
+        text = "" if self._watch is None else self._watch.report
         if text != self._said:
             self._said = text
             self._context.publish(topics.DOCK_STATUS.name, String(text))

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ppaas.controllers.base import Velocity
-from ppaas.docking.charge import BatteryReading
-from ppaas.docking.docking import Docked, Docking, DriveTo, Order
+from ppaas.docking.charge import ChargeReading
+from ppaas.docking.docking import Docking
 from ppaas.docking.failures import DockingFailure, DockNotReached
+from ppaas.docking.orders import Docked, DriveTo, Order
 from ppaas.docking.undocking import Undocking
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Header, Time
@@ -136,7 +137,7 @@ class DockingDriver:
         self._ended(end)
         self.halt()
 
-    def take(self, reading: BatteryReading) -> None:
+    def take(self, reading: ChargeReading) -> None:
         """Take a reading of the battery."""
         if self.docking is not None:
             self.docking.charge.take(reading)

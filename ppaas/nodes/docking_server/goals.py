@@ -4,7 +4,7 @@ import math
 
 import msgspec
 
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.dock import MappedDock
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.nav2_servers import DockRobotGoal, UndockRobotGoal
@@ -22,7 +22,7 @@ class DockGoal(msgspec.Struct, frozen=True):
         As of any action's goal.
     dock : str
         Name of the dock; empty for the nearest one.
-    place : DockPlace, optional
+    place : MappedDock, optional
         The dock itself, if the goal gives its pose.
     navigate : bool
         Whether the robot drives to the staging pose.
@@ -35,7 +35,7 @@ class DockGoal(msgspec.Struct, frozen=True):
     id: str
     stamp: float
     dock: str = ""
-    place: DockPlace | None = None
+    place: MappedDock | None = None
     navigate: bool = True
     staging_time: float = 1000.0
     seconds: float = 0.0
@@ -67,7 +67,7 @@ class UndockGoal(msgspec.Struct, frozen=True):
 class DockedAt(msgspec.Struct, frozen=True):
     """Dock at which the robot stands, and its pose there in the odometry frame."""
 
-    dock: DockPlace
+    dock: MappedDock
     pose: Pose2D
 
 
@@ -96,7 +96,7 @@ def dock_goal(goal_id: str, stamp: float, asked: DockRobotGoal, tree: TransformT
         raise InvalidInput(f"max_staging_time must be above 0 s, not {seconds}")
     place = None
     if not asked.use_dock_id:
-        place = DockPlace("", pose_in(tree, MAP, asked.dock_pose, "the dock_pose"), asked.dock_type, charges)
+        place = MappedDock("", pose_in(tree, MAP, asked.dock_pose, "the dock_pose"), asked.dock_type, charges)
     return DockGoal(goal_id, stamp, asked.dock_id, place, asked.navigate_to_staging_pose, seconds)
 
 

@@ -9,8 +9,8 @@ import msgspec
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.decoding import from_json
 from ppaas.docking.approach import BodyOutline
-from ppaas.docking.charge import BatteryReading
-from ppaas.docking.dock import DockPlace, docks_of
+from ppaas.docking.charge import ChargeReading
+from ppaas.docking.dock import MappedDock, docks_of
 from ppaas.docking.docking import Docking, DockingPhase
 from ppaas.docking.failures import DockingFailure, DockTypeUnknown
 from ppaas.docking.parameters import DockingParameters
@@ -124,7 +124,7 @@ class DockingServerNode(Node):
     ) -> None:  # fmt: skip
         super().__init__(context)
         self._parameters, self._targets, self._body, self._braking = parameters, targets, body, braking
-        self._docks: tuple[DockPlace, ...] = () if layers is None else docks_of(layers.zones)
+        self._docks: tuple[MappedDock, ...] = () if layers is None else docks_of(layers.zones)
         self._senses = DockingSenses(names)
         self._driver = DockingDriver(context, self._senses, 1.0 / parameters.controller_frequency, self._ended)
         self._docked = DockedRobot(context, parameters.not_charging_timeout)
@@ -194,7 +194,7 @@ class DockingServerNode(Node):
 
     def _on_battery(self, message: Payload) -> None:
         state, now = expect(message, BatteryState), self.context.elapsed()
-        reading = BatteryReading(now, _finite(state.current), _finite(state.percentage), state.power_supply_status)
+        reading = ChargeReading(now, _finite(state.current), _finite(state.percentage), state.power_supply_status)
         self._driver.take(reading)
         self._docked.take(reading)
 
@@ -233,7 +233,11 @@ class DockingServerNode(Node):
             self._publish_dock_end(goal, DockingEnd(Status.ABORTED, str(error), _code_of(error)), 0)
             return
         self._end_all(f"Replaced by another goal: {name}")
-        self._begin_docking(goal, targets)
+        if goal.place is None and self._docked.is_charged_at(goal.dock):
+            self._dock_goals.accept(goal)
+            self._ended(DockingEnd(Status.SUCCEEDED, "the robot stands there, and is charged"))
+        else:
+            self._begin_docking(goal, targets)
 
     def _targets_of(self, goal: DockGoal) -> list[DockTarget]:
         if goal.place is not None:

@@ -1,4 +1,4 @@
-"""What a robot senses for docking: its scans, poses of docks that others detect, and where it is itself."""
+"""Senses of a robot for docking: its scans, poses of docks that others detect, and where it is itself."""
 
 import math
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.docking.detection.base import NO_POINTS, DockView
-from ppaas.docking.docking import Sight
+from ppaas.docking.orders import Sight
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import scan_points

@@ -17,6 +17,7 @@ from ppaas.decoding import from_json, from_msgpack
 from ppaas.messages.health.stops import RobotStop
 from ppaas.nodes.amcl.node import AmclState
 from ppaas.nodes.depth_images import DepthLens
+from ppaas.nodes.docking_server.goals import DockingState
 from ppaas.nodes.explore.goals import Exploration
 from ppaas.nodes.follow_person.node import FollowPersonState
 from ppaas.nodes.grid_slam.logbook import Head, Located
@@ -37,6 +38,7 @@ from tests.support.engine.wire_schema import FOLDER, Schema, breaks_of_types, en
 NODES: dict[str, Any] = {
     "amcl": AmclState,
     "depthimage_to_laserscan": PinholeCamera,
+    "docking_server": DockingState,
     "explore": tuple[Exploration | None, int],
     "follow_person": FollowPersonState,
     "grid_slam": Head | Located,

@@ -17,12 +17,12 @@ from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.nodes import topics
 from ppaas.nodes.base import Node
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.nav2_actions import EXPLORE
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, EXPLORE
 from tests.support.endpoints.still_place import StillPlace
 
 HEARD = (
     topics.AMCL_POSE, topics.AMCL_STATUS, topics.MOVE_BASE_STATUS, topics.MOVE_BASE_RESULT, topics.PLAN,
-    EXPLORE.feedback,
+    EXPLORE.feedback, DOCK_ROBOT.status, topics.DOCK_STATUS,
 )  # fmt: skip
 
 
@@ -106,6 +106,20 @@ def test_frontiers_are_reported_while_the_robot_explores(scene: Scene) -> None:
     assert scene.now.frontiers == 3
     scene.clock.advance(EXPLORING_AGE + 0.1)
     assert scene.now.frontiers is None
+
+
+def test_docking_is_reported_and_not_the_way_to_the_dock(scene: Scene) -> None:
+    docking = GoalStatusArray(status_list=[GoalStatus(GoalID(id="d"), Status.ACTIVE, "driving to the dock")])
+    scene.graph.inject(DOCK_ROBOT.status.name, docking)
+    part = GoalStatus(GoalID(id="docking/1"), Status.SUCCEEDED, "Goal reached.")
+    scene.graph.inject(topics.MOVE_BASE_STATUS.name, GoalStatusArray(status_list=[part]))
+    scene.graph.inject(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(header=Header(), status=part))
+    assert (scene.now.goal, scene.now.goal_text) == (Status.ACTIVE, "driving to the dock")
+    failed = GoalStatusArray(status_list=[GoalStatus(GoalID(id="d"), Status.ABORTED, "its battery is not charged")])
+    scene.graph.inject(DOCK_ROBOT.status.name, failed)
+    assert (scene.now.goal, scene.now.goal_text) == (Status.ABORTED, "its battery is not charged")
+    scene.graph.inject(topics.DOCK_STATUS.name, String("docked at dock 'a'"))
+    assert (scene.now.docked, scene.now.localization) == ("docked at dock 'a'", "")
 
 
 def test_the_charge_of_the_battery_is_reported_as_long_as_it_is_fresh(scene: Scene) -> None:

@@ -2,17 +2,17 @@
 
 import pytest
 
-from ppaas.docking.charge import CHARGING, FULL, BatteryReading, ChargeVerdict, ChargeWatch, verdict_of
+from ppaas.docking.charge import CHARGING, FULL, ChargeReading, ChargeVerdict, ChargeWatch, verdict_of
 
 DISCHARGING = 2
 
 
 def readings(
     *currents: float | None, status: int = DISCHARGING, percentages: tuple[float, ...] = ()
-) -> list[BatteryReading]:
+) -> list[ChargeReading]:
     shares = [*percentages, *[None] * (len(currents) - len(percentages))]
     return [
-        BatteryReading(float(at), current, share, status)
+        ChargeReading(float(at), current, share, status)
         for at, (current, share) in enumerate(zip(currents, shares, strict=True))
     ]
 
@@ -33,7 +33,7 @@ def readings(
         (readings(-0.9, 40.0, -1.0, -0.9), ChargeVerdict.NOT_CHARGING),
     ],
 )
-def test_readings_are_judged(given: list[BatteryReading], verdict: ChargeVerdict) -> None:
+def test_readings_are_judged(given: list[ChargeReading], verdict: ChargeVerdict) -> None:
     assert verdict_of(given, 0.5) is verdict
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ppaas.docking.dock import DockPlace, DockStance, docks_of
+from ppaas.docking.dock import DockStance, MappedDock, docks_of
 from ppaas.geometry import Pose2D
 from ppaas.zones.reading import zones_of
 
@@ -20,7 +20,7 @@ ZONES = b"""{"type": "FeatureCollection", "features": [
 
 def test_docks_are_drawn_on_the_map() -> None:
     assert docks_of(zones_of(ZONES)) == (
-        DockPlace("a", Pose2D(1.0, 2.0, 1.5), "v_shape", True), DockPlace("cart", Pose2D(4.0, 2.0, 0.0), "", False),
+        MappedDock("a", Pose2D(1.0, 2.0, 1.5), "v_shape", True), MappedDock("cart", Pose2D(4.0, 2.0, 0.0), "", False),
     )  # fmt: skip
 
 
@@ -39,5 +39,5 @@ def test_the_face_is_before_the_robot_or_behind_it(stance: DockStance, face: Pos
 
 
 def test_a_dock_is_named_or_placed() -> None:
-    assert DockPlace("a", Pose2D(1.0, 2.0)).in_words == "dock 'a'"
-    assert DockPlace("", Pose2D(1.0, 2.0)).in_words == "the dock at (1.00, 2.00)"
+    assert MappedDock("a", Pose2D(1.0, 2.0)).in_words == "dock 'a'"
+    assert MappedDock("", Pose2D(1.0, 2.0)).in_words == "the dock at (1.00, 2.00)"

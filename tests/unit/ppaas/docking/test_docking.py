@@ -9,10 +9,10 @@ import pytest
 
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline
-from ppaas.docking.charge import CHARGING, BatteryReading
+from ppaas.docking.charge import CHARGING, ChargeReading
 from ppaas.docking.detection.base import NO_POINTS, DockDetector, DockView
-from ppaas.docking.dock import DockPlace
-from ppaas.docking.docking import Docked, Docking, DockingPhase, DriveTo, Order, Sight
+from ppaas.docking.dock import MappedDock
+from ppaas.docking.docking import Docking, DockingPhase
 from ppaas.docking.failures import (
     BatterySilent,
     ChargerLies,
@@ -23,6 +23,7 @@ from ppaas.docking.failures import (
     DockNotSeen,
     NotStaged,
 )
+from ppaas.docking.orders import Docked, DriveTo, Order, Sight
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.docking.targets import DockTarget
 from ppaas.geometry import Pose2D
@@ -66,7 +67,7 @@ class Loop:
         self.now, self.robot, self.detector = 0.0, Pose2D(0.0, 0.0), TrueFace()
         stance = self.kind.stance(BODY)
         self.charger = Charger(self.true, 0.2, self.model, self.fault)
-        self.place = DockPlace("home", HOME, charges=self.charges)
+        self.place = MappedDock("home", HOME, charges=self.charges)
         self.target = DockTarget(self.place, self.kind, self.detector, stance)
         self.machine = Docking(
             [self.target, *self.others], self.parameters, BODY, braking=1.0, now=0.0, navigate=self.navigate,
@@ -103,7 +104,7 @@ class Loop:
         if self.battery and round(self.now / DT) % 10 == 0:
             flow = self.charger.current(self.robot) - 0.9
             status = CHARGING if self.charger.reports_charging(self.robot) else 2
-            self.machine.charge.take(BatteryReading(self.now, flow, 0.5, status))
+            self.machine.charge.take(ChargeReading(self.now, flow, 0.5, status))
 
     def run(self, seconds: float = 400.0) -> Docked | DockingFailure:
         """Simulate until the goal ends."""
@@ -207,7 +208,7 @@ def test_a_robot_is_not_left_at_a_dock_that_does_not_charge_it(fault: ChargerFau
 
 
 def test_the_next_dock_is_tried_after_one_that_fails() -> None:
-    other = DockPlace("other", HOME @ Pose2D(0.0, 2.0))
+    other = MappedDock("other", HOME @ Pose2D(0.0, 2.0))
     kind = DockType(detection="map")
     second = DockTarget(other, kind, TrueFace(), kind.stance(BODY))
     loop = Loop(fault=ChargerFault.LIAR, others=(second,))
@@ -264,6 +265,22 @@ def test_a_robot_gives_up_when_somebody_stays_in_its_way() -> None:
     person_before(loop)
     end = failure_of(loop)
     assert isinstance(end, DockNotReached) and "something is in the way" in str(end)
+
+
+def test_a_robot_that_cannot_back_off_says_why_it_was_not_charged() -> None:
+    loop = Loop(fault=ChargerFault.LIAR)
+    while loop.machine.phase is not DockingPhase.BACKING:
+        loop.step()
+    loop.points = np.array([(-0.24, 0.0)])
+    assert isinstance(failure_of(loop), ChargerLies)
+
+
+def test_a_robot_that_somebody_moved_away_is_staged_again() -> None:
+    loop = Loop()
+    until_driving(loop)
+    loop.robot = HOME @ Pose2D(-3.0, 1.0, 2.0)
+    assert isinstance(loop.run(), Docked)
+    assert len(loop.staged) == 2
 
 
 def test_a_robot_that_is_stopped_waits_as_long_as_that_lasts() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from ppaas.docking.approach import BodyOutline
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.dock import MappedDock
 from ppaas.docking.failures import DockTypeUnknown, DockUnknown
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.docking.targets import DockTargets
@@ -11,7 +11,11 @@ from ppaas.errors import InvalidParameter, NotFound
 from ppaas.geometry import Pose2D
 
 BODY = BodyOutline(0.25, 0.3, 0.2)
-DOCKS = [DockPlace("far", Pose2D(9.0, 0.0)), DockPlace("near", Pose2D(1.0, 0.0, 0.0)), DockPlace("v", Pose2D(5.0, 0.0))]
+DOCKS = [
+    MappedDock("far", Pose2D(9.0, 0.0)),
+    MappedDock("near", Pose2D(1.0, 0.0, 0.0)),
+    MappedDock("v", Pose2D(5.0, 0.0)),
+]
 
 
 def targets(**parameters: object) -> DockTargets:
@@ -21,8 +25,8 @@ def targets(**parameters: object) -> DockTargets:
 def test_a_robot_stands_before_the_face_by_its_own_extent() -> None:
     forward, backward = DockType(), DockType(dock_direction="backward", staging_distance=1.0)
     made = targets(dock_types={"front": forward, "rear": backward})
-    front = made.target(DockPlace("a", Pose2D(2.0, 0.0, 0.0), "front"))
-    rear = made.target(DockPlace("b", Pose2D(2.0, 0.0, 0.0), "rear"))
+    front = made.target(MappedDock("a", Pose2D(2.0, 0.0, 0.0), "front"))
+    rear = made.target(MappedDock("b", Pose2D(2.0, 0.0, 0.0), "rear"))
     assert (front.stance.distance, rear.stance.distance) == (0.25, 0.3)
     assert front.staging == pytest.approx((1.3, 0.0, 0.0))
     assert rear.staging == pytest.approx((3.0, 0.0, 0.0))
@@ -30,14 +34,14 @@ def test_a_robot_stands_before_the_face_by_its_own_extent() -> None:
 
 def test_a_type_is_that_of_the_robot_or_a_detector() -> None:
     only = targets(dock_types={"home": DockType(detection="v_shape")})
-    assert only.target(DockPlace("a", Pose2D(0, 0))).detector.name == "v_shape"
-    assert only.target(DockPlace("a", Pose2D(0, 0), "reflectors")).detector.name == "reflectors"
-    assert targets().target(DockPlace("a", Pose2D(0, 0))).detector.name == "scan_line"
+    assert only.target(MappedDock("a", Pose2D(0, 0))).detector.name == "v_shape"
+    assert only.target(MappedDock("a", Pose2D(0, 0), "reflectors")).detector.name == "reflectors"
+    assert targets().target(MappedDock("a", Pose2D(0, 0))).detector.name == "scan_line"
     two = targets(dock_types={"home": DockType(), "cart": DockType(detection="legs")})
     with pytest.raises(DockTypeUnknown, match="name a dock_type: the robot has settings for cart, home"):
-        two.target(DockPlace("a", Pose2D(0, 0)))
+        two.target(MappedDock("a", Pose2D(0, 0)))
     with pytest.raises(DockTypeUnknown, match=r"no dock_type 'rocket'; known: .*cart, home.*scan_line"):
-        two.target(DockPlace("a", Pose2D(0, 0), "rocket"))
+        two.target(MappedDock("a", Pose2D(0, 0), "rocket"))
 
 
 def test_wrong_detectors_are_refused_by_name() -> None:

@@ -6,8 +6,8 @@ import pytest
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline
 from ppaas.docking.detection.base import DockView
-from ppaas.docking.docking import Sight
 from ppaas.docking.failures import DockingTimeout
+from ppaas.docking.orders import Sight
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.docking.undocking import Undocking
 from ppaas.geometry import Pose2D

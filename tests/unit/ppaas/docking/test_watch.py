@@ -1,16 +1,16 @@
 """Watch of a docked robot."""
 
-from ppaas.docking.charge import CHARGING, BatteryReading
-from ppaas.docking.dock import DockPlace
+from ppaas.docking.charge import CHARGING, ChargeReading
+from ppaas.docking.dock import MappedDock
 from ppaas.docking.watch import DockedWatch, has_left
 from ppaas.geometry import Pose2D
 
-DOCK = DockPlace("a", Pose2D(1.0, 2.0))
+DOCK = MappedDock("a", Pose2D(1.0, 2.0))
 
 
 def watched(watch: DockedWatch, begin: int, end: int, current: float | None, status: int = 2) -> None:
     for now in range(begin, end):
-        watch.take(BatteryReading(float(now), current, None, status))
+        watch.take(ChargeReading(float(now), current, None, status))
         watch.look(float(now))
 
 

@@ -65,6 +65,10 @@ def test_a_robot_is_online_while_poses_of_it_come(view: ReportedRobot, state: st
         ({"frontiers": 1}, "Exploring, 1 frontier left", ""),
         ({"frontiers": 3, "goal": Status.ACTIVE}, "Exploring, 3 frontiers left", ""),
         ({"goal": 42}, "Driving", ""),
+        ({"docked": "docked at dock 'a'"}, "Docked at dock 'a'", ""),
+        ({"goal": Status.SUCCEEDED, "docked": "docked at dock 'a'"}, "Docked at dock 'a'", ""),
+        ({"goal": Status.ACTIVE, "docked": "docked at dock 'a'", "goal_text": "undocking"}, "undocking", ""),
+        ({"docked": "the robot stands at dock 'a' …"}, "Ready", "the robot stands at dock 'a' …"),
     ],
 )
 def test_task_and_error_are_said_in_words(report: dict[str, object], task: str, error: str) -> None:

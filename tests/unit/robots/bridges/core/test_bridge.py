@@ -244,6 +244,32 @@ async def test_services_of_nav2_are_those_of_the_clone() -> None:
         assert (await call)["map"]["info"]["width"] == 3
 
 
+@pytest.mark.parametrize(("release", "package"), [("humble", "opennav_docking_msgs"), ("jazzy", "nav2_msgs")])
+async def test_docks_are_offered_with_the_package_of_the_release(release: str, package: str) -> None:
+    robot = FakeTransport(release)
+    for topic, kind in (("/odom", ODOMETRY), ("/scan", SCAN)):
+        robot.has(Kind.PUBLISHER, topic, kind)
+    action = "/dock_robot/_action"
+    async with bridged(robot) as both:
+        await until(lambda: f"{action}/send_goal" in both.robot.servers)
+        assert both.robot.servers[f"{action}/send_goal"][0] == f"{package}/action/DockRobot_SendGoal"
+        request = {"goal_id": {"uuid": bytes(range(16))}, "goal": {"use_dock_id": True, "dock_id": "a"}}
+        sending = asyncio.create_task(both.robot.call(f"{action}/send_goal", request))
+        [sent] = await both.cloud.heard("send_action_goal")
+        assert (sent["action"], sent["args"]["dock_id"]) == ("dock_robot", "a")
+        feedback = {"state": 3, "docking_time": {"sec": 2, "nanosec": 0}, "num_retries": 1}
+        await both.cloud.say(op="action_feedback", action=sent["action"], id=sent["id"], values=feedback)
+        assert (await sending)["accepted"]
+        assert (await both.heard(f"{action}/feedback"))[0]["feedback"]["num_retries"] == 1
+        values = {"success": False, "error_code": 906, "num_retries": 3, "error_msg": "not charged"}
+        await both.cloud.say(
+            op="action_result", action=sent["action"], id=sent["id"], values=values, status=6, result=True
+        )
+        end = await both.robot.call(f"{action}/get_result", {"goal_id": request["goal_id"]})
+        assert (end["status"], end["result"]["error_code"], end["result"]["num_retries"]) == (6, 906, 3)
+        assert ("error_msg" in end["result"]) is (release != "humble")
+
+
 async def test_a_goal_of_nav2_is_carried_with_feedback_cancel_and_result() -> None:
     action = "/navigate_to_pose/_action"
     async with bridged(turtlebot()) as both:
