@@ -98,8 +98,8 @@ def try_file(name: str, content: bytes, *, drives: bool) -> TriedFile:
     tried.bare = _bare(kind, content)
     counts = report.counts()
     tried.taken, tried.translated, tried.no_effect, tried.refused = counts.values()
-    if tried.refused > sum(counts.values()) / 2:
-        tried.error = "no: most parts were refused"
+    if tried.refused and not tried.taken + tried.translated:
+        tried.error = "no: nothing was taken"
         return tried
     if drives and kind.drive is not None:
         tried.drove = kind.drive(native)

@@ -123,6 +123,12 @@ GRACEFUL = PluginTable(
             "turns in place are checked by the outline of the robot": (
                 "in_place_collision_resolution in_place_collision_tolerance"
             ),
+            "the outline of the robot keeps its size at every speed": (
+                "footprint_scaling_linear_vel footprint_scaling_factor footprint_scaling_step"
+            ),
+            "the last metres follow the path, which a planner leads around obstacles": (
+                "obstacle_cost_margin final_rotation_search_step"
+            ),
         },
         {"use_collision_detection": flag},
     ),

@@ -104,6 +104,10 @@ class DraftWriter:
             self.report.translated(part, f"parameters of {own}, for requests that name it", given.line)
 
     def _unknown(self, section: PluginSection, part: str, given: GivenValue) -> None:
+        if section.shim and not section.plugin:
+            text = f"the shim needs a controller, {PRIMARY}; the robot has the default one"
+            self.report.refused(part, text, given.line)
+            return
         named = section.plugin or str(given.value)
         what = f"{PRIMARY} {named!r}" if section.shim else repr(named)
         names = [table.plugin for table in section.group.tables]

@@ -20,6 +20,7 @@ from ppaas.imports.parameters.ros1.move_base_rules import (
     GLOBAL_PLANNER,
     MOVE_BASE,
     NAVFN,
+    PLUGIN_LISTS,
     VELOCITY_SMOOTHER,
     rules_of_recovery,
 )
@@ -30,7 +31,10 @@ from ppaas.imports.parameters.ros1.sections import (
     SLAM,
     SMOOTHER,
     Section,
+    as_of_move_base,
+    last_part,
     layer_rule_name,
+    plugins_of,
     readers_of,
     sections_of,
 )
@@ -88,7 +92,7 @@ def import_ros1_files(files: Sequence[tuple[bytes, str]], new_map: str = "map") 
     for file, report in read:
         if file.is_ros2:
             raise InvalidParameter(f"{report.source} has ros__parameters, and so is a file of ROS 2: not for --ros1")
-    sections = [sections_of(file) for file, _ in read]
+    sections = as_of_move_base([sections_of(file) for file, _ in read])
     robot = _Robot([section for each in sections for section in each], new_map)
     translations: list[Translation] = []
     for (file, report), each in zip(read, sections, strict=True):
@@ -117,10 +121,10 @@ class _Robot:
 
     def __init__(self, sections: list[Section], new_map: str) -> None:
         self._new_map = new_map
-        named = [each.values[LOCAL_PLANNER] for each in sections if not each.name and LOCAL_PLANNER in each.values]
+        named = [chosen for each in sections if not each.name for chosen in _local_planners(each.values)]
         present = [section.name for section in sections if section.name in LOCAL_PLANNERS]
         self._is_named = bool(named)
-        self._planner = _last(named[-1].value) if named else DEFAULT if DEFAULT in present else (present or [""])[0]
+        self._planner = last_part(named[-1]) if named else DEFAULT if DEFAULT in present else (present or [""])[0]
         self._behaviors = _behaviors(sections)
         self._layers = _layers(sections)
         searches = [each.values.get("use_dijkstra") for each in sections if each.name == "GlobalPlanner"]
@@ -159,32 +163,51 @@ class _Robot:
 
     def _move_base(self, section: Section, into: "Translation") -> None:
         """Translate parameters of move_base, and those common to its costmaps, which stand beside them."""
-        draft, report = into
         own = {}
         for name, given in section.values.items():
             part = section.prefix + name
-            if name == LOCAL_PLANNER:
+            if name in PLUGIN_LISTS:
+                self._first_plugin(PLUGIN_LISTS[name], part, given, into)
+            elif name == LOCAL_PLANNER:
                 self._name_planner(part, given, into)
-            elif name == GLOBAL_PLANNER_FIELD and _last(given.value) == "GlobalPlanner":
-                put(draft, name, self._global)
-                report.translated(part, f"{name} = {self._global!r}", given.line, to=name)
+            elif name == GLOBAL_PLANNER_FIELD:
+                self._name_global_planner(part, given, into)
             elif name in COMMON_RULES and name not in MOVE_BASE:
                 _costmap_value(COMMON_RULES, part, given, into)
             else:
                 own[name] = given
         _apply({**COMMON_RULES, **MOVE_BASE}, own, section, into)
 
+    def _first_plugin(self, field: str, part: str, given: GivenValue, into: "Translation") -> None:
+        """Take the first plug-in of a list of move_base_flex as the planner that move_base names."""
+        plugins = plugins_of(given.value)
+        if not plugins:
+            into[1].refused(part, "it must be a list of {name: …, type: …}", given.line)
+            return
+        name = self._name_planner if field == LOCAL_PLANNER else self._name_global_planner
+        name(part, GivenValue(plugins[0][1], given.line), into)
+        for plugin, _ in plugins[1:]:
+            into[1].without_effect(f"{part} {plugin}", "the first plug-in of the list counts", given.line)
+
+    def _name_global_planner(self, part: str, given: GivenValue, into: "Translation") -> None:
+        if last_part(given.value) == "GlobalPlanner":
+            put(into[0], GLOBAL_PLANNER_FIELD, self._global)
+            text = f"{GLOBAL_PLANNER_FIELD} = {self._global!r}"
+            into[1].translated(part, text, given.line, to=GLOBAL_PLANNER_FIELD)
+        elif not is_left_open(part, given, into[1]):
+            apply_once(MOVE_BASE[GLOBAL_PLANNER_FIELD], part, given, into)
+
     def _name_planner(self, part: str, given: GivenValue, into: "Translation") -> None:
         draft, report = into
         if is_left_open(part, given, report):
             return
         name = str(given.value)
-        own = LOCAL_PLANNERS[_last(name)][0] if _last(name) in LOCAL_PLANNERS else CONTROLLERS.own_name(name)
+        own = LOCAL_PLANNERS[last_part(name)][0] if last_part(name) in LOCAL_PLANNERS else CONTROLLERS.own_name(name)
         if own in CONTROLLERS:
             put(draft, LOCAL_PLANNER, own)
             report.translated(part, f"{LOCAL_PLANNER} = {own!r}", given.line, to=LOCAL_PLANNER)
             return
-        near = report.nearest_name(_last(name), LOCAL_PLANNERS)
+        near = report.nearest_name(last_part(name), LOCAL_PLANNERS)
         known = f"did you mean {near!r}?" if near else f"known: {', '.join(LOCAL_PLANNERS)}"
         report.refused(part, f"there is no local planner {name!r}; {known}", given.line)
 
@@ -218,11 +241,13 @@ class _Robot:
         _plain(rules, section, into)
 
     def _recovery(self, section: Section, into: "Translation") -> None:
-        rules = rules_of_recovery(self._behaviors[section.name])
+        kind = self._behaviors[section.name]
+        rules = rules_of_recovery(kind)
+        none = "has no such parameters" if kind in RECOVERIES else "is not known"
         for name, given in section.values.items():
             part = section.prefix + name
             if rules is None:
-                into[1].without_effect(part, "this recovery behaviour has no such parameters", given.line)
+                into[1].without_effect(part, f"the recovery behaviour {kind} {none}", given.line)
             elif name not in rules:
                 refuse_unknown(part, name, rules, given.line, into[1])
             else:
@@ -231,8 +256,10 @@ class _Robot:
                 apply_once(ParameterRule(to, rule.text, rule.convert), part, given, into)
 
 
-def _last(name: object) -> str:
-    return str(name).replace("::", "/").rpartition("/")[2]
+def _local_planners(values: Mapping[str, GivenValue]) -> list[str]:
+    """Return the names of the local planner that drives: of move_base, and of move_base_flex."""
+    of_flex = [kind for _, kind in plugins_of(values["controllers"].value)][:1] if "controllers" in values else []
+    return ([str(values[LOCAL_PLANNER].value)] if LOCAL_PLANNER in values else []) + of_flex
 
 
 def _behaviors(sections: list[Section]) -> dict[str, str]:
@@ -240,8 +267,7 @@ def _behaviors(sections: list[Section]) -> dict[str, str]:
     for section in reversed(sections):
         given = section.values.get("recovery_behaviors")
         if not section.name and given is not None and isinstance(given.value, list):
-            named = [each for each in given.value if isinstance(each, dict) and {"name", "type"} <= each.keys()]
-            return {str(each["name"]): RECOVERIES.own_name(str(each["type"])) for each in named}
+            return {name: RECOVERIES.own_name(kind) for name, kind in plugins_of(given.value)}
     return {each.name: each.type for each in (CONSERVATIVE, ROTATE, AGGRESSIVE)}
 
 

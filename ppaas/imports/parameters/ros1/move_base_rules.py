@@ -69,10 +69,24 @@ MOVE_BASE: ParameterRules = {
     "planner_retry_frequency": ParameterRule(text="planning is tried again at planner_frequency"),
     "clearing_radius": ParameterRule(text="obstacles are cleared by the recovery behaviours"),
     "restore_defaults": ParameterRule(text="it belongs to dynamic_reconfigure"),
+    "planner_max_retries": ParameterRule(_MOVE_BASE + "max_planning_retries"),
+    "recovery_enabled": ParameterRule(_MOVE_BASE + "recovery_behavior_enabled"),
+    "controller_max_retries": ParameterRule(text="the local planner is tried again until controller_patience"),
+    "recovery_patience": ParameterRule(text="recovery behaviours end by themselves"),
+    **without_effect("robots stop at their goals, and when these are cancelled", "force_stop_at_goal",
+                     "force_stop_on_cancel"),
+    **without_effect("the tolerances of the local planner hold", "mbf_tolerance_check", "dist_tolerance",
+                     "angle_tolerance"),
+    "oscillation_angle": ParameterRule(text="oscillation_distance alone says whether a robot gets on"),
+    "tf_timeout": ParameterRule(text="transform_tolerance holds for all transforms"),
+    "robot_frame": ParameterRule(text="frames are named in amcl or grid_slam"),
     "path_distance_bias": ParameterRule(text="it belongs to a local planner: write it below the planner's name"),
     "goal_distance_bias": ParameterRule(text="it belongs to a local planner: write it below the planner's name"),
 }  # fmt: skip
-"""Rules of move_base. The local planner is translated with its parameters."""
+"""Rules of move_base and move_base_flex. The local planner is translated with its parameters."""
+
+PLUGIN_LISTS = {"planners": "base_global_planner", "controllers": "base_local_planner"}
+"""Lists of plug-ins of move_base_flex, of which the first is the one that move_base names."""
 
 VELOCITY_SMOOTHER: ParameterRules = without_effect(
     "commands change within the limits of speed and acceleration of the local planner",

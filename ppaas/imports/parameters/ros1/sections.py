@@ -7,7 +7,13 @@ import msgspec
 from ppaas.imports.parameters.amcl_rules import ROS1_POSE, ROS1_RULES
 from ppaas.imports.parameters.ros1.costmap_rules import COMMON_RULES
 from ppaas.imports.parameters.ros1.local_planner_rules import DYNAMIC_WINDOW, ELASTIC_BAND, TOP_SPEEDS, TRAJECTORY
-from ppaas.imports.parameters.ros1.move_base_rules import GLOBAL_PLANNER, MOVE_BASE, NAVFN, VELOCITY_SMOOTHER
+from ppaas.imports.parameters.ros1.move_base_rules import (
+    GLOBAL_PLANNER,
+    MOVE_BASE,
+    NAVFN,
+    PLUGIN_LISTS,
+    VELOCITY_SMOOTHER,
+)
 from ppaas.imports.parameters.ros_yaml import GivenValue, ParameterFile
 from ppaas.imports.parameters.rules import ParameterRules
 from ppaas.imports.parameters.slam.gmapping import RULES as GMAPPING
@@ -92,10 +98,33 @@ def sections_of(file: ParameterFile) -> list[Section]:
     return ([_flat_section(flat)] if flat else []) + named
 
 
+def as_of_move_base(files: list[list[Section]]) -> list[list[Section]]:
+    """Return the sections of files, of which those of move_base_flex's plug-ins get the names of their types."""
+    every = [section.values for sections in files for section in sections]
+    lists = [values[key].value for values in every for key in PLUGIN_LISTS if key in values]
+    types = {name: kind for found in lists for name, kind in plugins_of(found)}
+    return [
+        [Section(last_part(types.get(each.name, each.name)), each.values, each.prefix) for each in sections]
+        for sections in files
+    ]
+
+
+def plugins_of(value: object) -> list[tuple[str, str]]:
+    """Return the names and types of a list of plug-ins."""
+    given = value if isinstance(value, list) else []
+    known = [each for each in given if isinstance(each, dict) and {"name", "type"} <= each.keys()]
+    return [(str(each["name"]), str(each["type"])) for each in known]
+
+
+def last_part(name: object) -> str:
+    """Return a plug-in's name without its package."""
+    return str(name).replace("::", "/").rpartition("/")[2]
+
+
 def _flat_section(flat: dict[str, GivenValue]) -> Section:
     """Return the section of parameters outside any, by the program that knows most of their names."""
     names = flat.keys()
-    best, known = "", len(names & {*MOVE_BASE, *COMMON_RULES, LOCAL_PLANNER})
+    best, known = "", len(names & {*MOVE_BASE, *COMMON_RULES, LOCAL_PLANNER, *PLUGIN_LISTS})
     for section, rules in _FLAT.items():
         count = len(names & set(rules))
         if count > known:

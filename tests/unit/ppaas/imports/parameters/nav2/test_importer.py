@@ -75,6 +75,22 @@ def test_a_shim_gives_its_primary_controller_before_and_since_kilted() -> None:
         assert not list(report.of(ImportOutcome.REFUSED))
 
 
+def test_what_the_graceful_controller_got_since_lyrical_is_known() -> None:
+    names = ("footprint_scaling_linear_vel", "footprint_scaling_step", "obstacle_cost_margin")
+    plugin = 'plugin: "nav2_graceful_controller::GracefulController"'
+    _, report = imported(controller(plugin, *(f"{name}: 1" for name in names)))
+    found = [entry(report, f"controller_server.FollowPath.{name}").outcome for name in names]
+    assert found == [ImportOutcome.NO_EFFECT] * 3
+
+
+def test_a_shim_without_a_controller_is_refused_for_this_reason() -> None:
+    shim = 'plugin: "nav2_rotation_shim_controller/RotationShimController"'
+    _, report = imported(controller(shim, "angular_dist_threshold: 0.6"))
+    refused = entry(report, "controller_server.FollowPath.plugin")
+    assert refused.outcome is ImportOutcome.REFUSED
+    assert refused.text == "the shim needs a controller, primary_controller; the robot has the default one"
+
+
 def test_an_unknown_controller_is_refused_and_its_parameters_have_no_effect() -> None:
     draft, report = imported(controller('plugin: "dwb_core::DWBLocalPlaner"', "max_vel_x: 0.4"))
     assert "base_local_planner" not in draft

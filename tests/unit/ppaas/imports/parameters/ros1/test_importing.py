@@ -198,6 +198,45 @@ def test_a_file_of_ros_2_is_an_error() -> None:
         one("amcl: {ros__parameters: {z_hit: 0.5}}")
 
 
+FLEX = """
+planners: [{name: global, type: global_planner/GlobalPlanner}, {name: navfn, type: navfn/NavfnROS}]
+controllers: [{name: window, type: dwa_local_planner/DWAPlannerROS}, {name: band, type: eband_local_planner/Band}]
+planner_max_retries: 3
+recovery_enabled: false
+controller_max_retries: 10
+window: {max_vel_x: 0.4}
+"""
+
+
+def test_the_first_plugins_of_move_base_flex_plan_and_drive() -> None:
+    found = one(FLEX)
+    file = robot_file([found], {"map": "office"}, refusal)
+    assert (file["base_global_planner"], file["base_local_planner"]) == ("dijkstra", "dwa")
+    assert file["parameters"] == {
+        "move_base": {"max_planning_retries": 3, "recovery_behavior_enabled": False},
+        "dwa": {"max_vel_x": 0.4},
+    }
+    assert refused(found) == []
+    assert entry_of(found, "planners").text == "base_global_planner = 'dijkstra'"
+    assert entry_of(found, "controllers band").text == "the first plug-in of the list counts"
+
+
+def test_plugins_of_move_base_flex_may_be_in_another_file_than_their_parameters() -> None:
+    found = files(
+        plugins="controllers: [{name: window, type: dwa_local_planner/DWAPlannerROS}]", own="window: {max_vel_x: 0.3}"
+    )
+    assert parameters(found) == {"dwa": {"max_vel_x": 0.3}}
+
+
+def test_a_list_of_plugins_that_is_none_is_refused() -> None:
+    assert refused(one("controllers: dwa_local_planner/DWAPlannerROS")) == ["it must be a list of {name: …, type: …}"]
+
+
+def test_a_recovery_behaviour_that_is_not_known_is_named_by_its_type() -> None:
+    found = one("recovery_behaviors: [{name: creep, type: creep/Creep}]\ncreep: {speed: 0.1}")
+    assert entry_of(found, "creep.speed").text == "the recovery behaviour creep/Creep is not known"
+
+
 def test_a_name_that_another_program_reads_has_no_effect_where_it_stands() -> None:
     layer = "obstacles: {enabled: true, heading_scoring: true}"
     found = one(f"obstacle_range: 2.0\nmeter_scoring: true\nfootprint_model: point\n{layer}")
