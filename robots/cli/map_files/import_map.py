@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from ppaas.maps.georeference import GeoAnchor
 
 _WORLD_ENDINGS = (".wld", ".pgw", ".pngw", ".jgw", ".jpgw", ".jpegw", ".tfw", ".tifw", ".bpw")
+MAX_FILE = 2 << 30
+"""Limit of the size of a file [bytes]: the most points that are read have less in any format but text."""
+
 _VALUES = ("greys", "occupancies", "mask", "heights")
 
 
@@ -157,6 +160,9 @@ async def _deliver(arguments: argparse.Namespace, imported: "ImportedMap", repor
 
 def _read(file: Path) -> bytes:
     try:
+        size = file.stat().st_size
+        if size > MAX_FILE:
+            raise InvalidInput(f"{file.name} has {size} bytes; at most {MAX_FILE} are allowed")
         return file.read_bytes()
     except OSError as error:
         raise InvalidInput(f"cannot read the map: {error}") from error

@@ -49,12 +49,14 @@ def robot_file(arguments: argparse.Namespace) -> "RobotFile":
     Raises
     ------
     InvalidInput
-        A file cannot be read.
+        A file cannot be read, or an option of Nav2 is given without its parameters.
     InvalidParameter
         No map is named, a file is no parameter file, or the robot file is invalid; the text says why.
     """
     from robots.client.robot_file import load_robot_file, parse_robot_file  # noqa: PLC0415 - for ``ppaas --help``
 
+    if not arguments.nav2 and (arguments.bt_xml is not None or arguments.namespace):
+        raise InvalidInput("--bt-xml and --namespace go with --nav2 FILE, and have no effect without it")
     if not _given(arguments) and arguments.map is None:
         if arguments.file is None:
             raise InvalidParameter("name a robot file, or files to import: see ppaas robot put --help")

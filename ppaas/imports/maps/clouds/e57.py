@@ -39,7 +39,7 @@ def read_e57(opened: Any, size: int, report: ImportReport) -> PointCloud:
 
 def damaged(error: Exception) -> InvalidMap:
     """Return the error for a file that libE57 cannot read; its own has many lines."""
-    return InvalidMap(f"the E57 cannot be read: {str(error).strip().splitlines()[0]:.120}")
+    return InvalidMap(f"the E57 cannot be read: {(str(error).strip() or repr(error)).splitlines()[0]:.120}")
 
 
 def _read(opened: Any, size: int, report: ImportReport) -> PointCloud:

@@ -66,6 +66,9 @@ def read_pcd(content: bytes, report: ImportReport) -> PointCloud:
         report.without_effect("fields", f"{', '.join(others)}: a map has places alone")
     cloud = cloud_of(columns, report)
     place = header.viewpoint[:3]
+    if len(place) < 3 or not np.isfinite(place).all():
+        report.refused("VIEWPOINT", "it must be seven finite numbers: the place of the sensor is not known")
+        return cloud
     if not any(place):
         return cloud
     x, y, z = (np.array(place) - cloud.offset).tolist()
@@ -129,8 +132,12 @@ def _compressed(content: bytes, header: _Header) -> _Columns:
     check_size(8, len(content) - header.body, "PCD")
     packed, unpacked = struct.unpack_from("<II", content, header.body)
     check_size(packed, len(content) - header.body - 8, "PCD")
-    if unpacked != header.points * header.point_size or unpacked > packed * MOST_OF_LZF:
-        raise InvalidMap(f"the PCD states {header.points} points, but its compressed part has other {unpacked} bytes")
+    size = header.points * header.point_size
+    if unpacked != size or unpacked > packed * MOST_OF_LZF:
+        raise InvalidMap(
+            f"the PCD states {header.points} points of {size} bytes, which its {packed} compressed bytes cannot have: "
+            f"they state {unpacked}"
+        )
     try:
         body = lzf.decompress(content[header.body + 8 : header.body + 8 + packed], unpacked)
     except ValueError as error:

@@ -25,6 +25,9 @@ DRAWINGS: dict[str, Callable[[bytes, PlanOptions, ImportReport], DrawnPlan]] = {
 }  # fmt: skip
 """Readers of plans by the endings of their names."""
 
+MAX_FILE = 1 << 27
+"""Limit of the size of a file [bytes]; the lines of a DXF take ten times their size."""
+
 MOST_DARK = 0.7
 """Part of a plan above which the dark is the background."""
 
@@ -61,6 +64,8 @@ def import_plan(
     ending = PurePath(name).suffix.lower()
     if ending not in DRAWINGS:
         raise InvalidInput(f"{name} is not a floor plan; known endings are {', '.join(DRAWINGS)}")
+    if len(content) > MAX_FILE:
+        raise InvalidMap(f"{name} has {len(content)} bytes; at most {MAX_FILE} are allowed: leave out what is no wall")
     report = ImportReport(name)
     drawn = DRAWINGS[ending](content, options, report)
     dark = _dark(drawn, options, report)

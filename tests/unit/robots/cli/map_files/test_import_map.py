@@ -9,6 +9,7 @@ from PIL import Image
 
 from ppaas.maps.exports.point_files import pcd_file
 from ppaas.maps.georeference import GeoAnchor, anchor_of
+from robots.cli.map_files.import_map import MAX_FILE
 from robots.client.map_files import read_map_file
 from tests.support.cloud.command_line import CommandLine
 from tests.support.world.clouds import room_points
@@ -122,3 +123,12 @@ async def test_what_cannot_work_is_refused(
 async def test_numbers_are_checked(ppaas: CommandLine, home: Path, option: tuple[str, str]) -> None:
     refused = await ppaas("map", "import", str(home), *option, user=None)
     assert refused.status == 2
+
+
+async def test_a_file_that_is_too_large_is_not_read(ppaas: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "hall.pcd"
+    with file.open("wb") as opened:
+        opened.truncate(MAX_FILE + 1)
+    refused = await ppaas("map", "import", str(file), "--dry-run")
+    assert refused.status == 1
+    assert f"hall.pcd has {MAX_FILE + 1} bytes; at most {MAX_FILE} are allowed" in refused.err

@@ -94,6 +94,8 @@ async def test_a_dry_run_prints_the_file_and_sends_nothing(ppaas: CommandLine, f
         (("tb1.json", "--cartographer", "amcl.yaml"), "the file is not in Lua"),
         (("--nav2", TREE), "parameter file"),
         (("--nav2", NAV2, "--bt-xml", NAV2), "the behaviour tree is no XML"),
+        (("--map", "house", "--bt-xml", TREE), "--bt-xml and --namespace go with --nav2"),
+        (("--map", "house", "--namespace", "tb1"), "--bt-xml and --namespace go with --nav2"),
     ],
 )
 async def test_what_cannot_be_imported_is_refused(

@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.errors import InvalidMap
 from ppaas.imports.maps.clouds import point_cloud
-from ppaas.imports.maps.clouds.e57 import read_e57
+from ppaas.imports.maps.clouds.e57 import damaged, read_e57
 from ppaas.imports.report import ImportReport
 
 LOCAL = np.array([[1.0, 0.0, -0.5], [0.0, 2.0, 0.25]])
@@ -43,3 +43,8 @@ def test_more_points_than_the_file_can_have_are_refused(scans, tmp_path, monkeyp
     monkeypatch.setattr(point_cloud, "MOST_POINTS", 3)
     with pytest.raises(InvalidMap, match="states 4 points"):
         read(scans, tmp_path)
+
+
+@pytest.mark.parametrize(("error", "words"), [(ValueError("first\nsecond"), "first"), (ValueError(), "ValueError()")])
+def test_an_error_is_its_first_line_or_its_kind(error, words):
+    assert str(damaged(error)) == f"the E57 cannot be read: {words}"

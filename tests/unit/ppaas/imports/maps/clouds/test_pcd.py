@@ -71,6 +71,15 @@ def test_a_viewpoint_is_the_place_of_the_sensor():
     assert (origin.place, origin.begin, origin.end) == ((1.0, 2.0, 0.5), 0, 1)
 
 
+@pytest.mark.parametrize("viewpoint", ["1 2", "nan 0 0 1 0 0 0"])
+def test_a_viewpoint_that_is_none_is_refused_alone(viewpoint):
+    report = ImportReport("a")
+    fields = [(name, "F", 4, 1) for name in "xyz"]
+    cloud = read_pcd(header("ascii", 1, viewpoint, fields) + b"4 5 6\n", report)
+    assert (len(cloud.points), cloud.origins) == (1, ())
+    assert [entry.part for entry in report.of(ImportOutcome.REFUSED)] == ["VIEWPOINT"]
+
+
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
@@ -81,7 +90,7 @@ def test_a_viewpoint_is_the_place_of_the_sensor():
         (binary()[:-1], "truncated"),
         (compressed()[:-1], "truncated"),
         (header("binary_compressed") + struct.pack("<II", 3, 75) + b"\xff\xff\xff", "damaged"),
-        (header("binary_compressed", 40_000_000) + struct.pack("<II", 3, 25 * 40_000_000) + b"abc", "compressed part"),
+        (header("binary_compressed", 40_000_000) + struct.pack("<II", 3, 25 * 40_000_000) + b"abc", "compressed bytes"),
         (header("ascii", 3) + b"1 0 0 1 0 0 0 1 1\n", "truncated|states 3 points"),
         (header("ascii", 1) + b"one two three four five six seven\n", "other text|has 0"),
         (header("ascii", 1, fields=[("a", "F", 4, 1)]) + b"1\n", "no field 'x'"),

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.imports.maps.drawings import plan_import
 from ppaas.imports.maps.drawings.plan_import import import_plan
 from ppaas.imports.maps.drawings.plan_picture import PlanOptions, ScaleBar
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
@@ -105,3 +106,9 @@ def test_what_cannot_be_a_map_is_refused(content, name, scale, reason):
 def test_a_scale_needs_two_points_and_a_distance(numbers):
     with pytest.raises(InvalidInput, match="two different points"):
         ScaleBar(*numbers)
+
+
+def test_a_file_that_is_too_large_is_refused(monkeypatch):
+    monkeypatch.setattr(plan_import, "MAX_FILE", 100)
+    with pytest.raises(InvalidMap, match=r"plan.svg has \d+ bytes; at most 100 are allowed"):
+        import_plan(svg_plan(), "plan.svg", PlanOptions(scale=BY_UNITS))
