@@ -106,7 +106,7 @@ def _stops(
         if level not in building.levels:
             report.refused(f"{part}.level_doors.{level}", f"no such level: there are {', '.join(building.levels)}")
             continue
-        names = [str(door) for door in doors] if isinstance(doors, list) else []
+        names = [str(door) for door in doors] if isinstance(doors, list | dict) else []
         for door in names:
             if door not in places:
                 report.refused(f"{part}.level_doors.{level}", f"the lift has no door {door!r} with x, y and width")
