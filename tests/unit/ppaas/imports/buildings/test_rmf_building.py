@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from ppaas.buildings.checks import in_building
 from ppaas.buildings.layout import BuildingLayout, layout_of
@@ -32,6 +33,24 @@ def value_at(grid: GridMap, x: float, y: float) -> int:
     return int(grid.data[cell])
 
 
+def apart(found: ImportedBuilding) -> list[str]:
+    """Return stations and places of lifts that a robot with a radius of 0.3 m does not reach from the others."""
+    landings = [each for places in layout(found).landings.values() for each in places]
+    left = []
+    for level, one in found.maps.items():
+        clear = ndimage.distance_transform_edt(one.grid.data == FREE) * one.grid.info.resolution > 0.3
+        areas, _ = ndimage.label(clear)
+        points = [(zone.name, *zone.geometry.coordinates[:2]) for zone in one.zones.stations]
+        for each in landings:
+            if each.floor == level:
+                points += [(f"{each.lift} {name}", *at[:2]) for name, at in (("car", each.car), ("wait", each.wait))]
+        cells = {name: one.grid.info.cell_of(x, y) for name, x, y in points}
+        found_in = {name: int(areas[cell]) if cell else 0 for name, cell in cells.items()}
+        first = next(iter(found_in.values()), 0)
+        left += [f"{level}: {name}" for name, area in found_in.items() if area == 0 or area != first]
+    return left
+
+
 def test_each_floor_has_a_map_a_height_and_an_anchor() -> None:
     found, report = imported()
     first, second = found.building.floors
@@ -40,6 +59,7 @@ def test_each_floor_has_a_map_a_height_and_an_anchor() -> None:
     assert second.anchor == pytest.approx((-1.5, 0.5, 0.0))
     assert [lift.lift for lift in found.building.lifts] == ["north"]
     assert found.warnings == ()
+    assert apart(found) == []
     assert texts(report, REFUSED) == {}
     assert "0.000 m apart at most" in texts(report, TRANSLATED)["levels.L2.fiducials"]
 
@@ -146,11 +166,7 @@ def test_the_hotel_has_two_lifts_on_three_floors(data: Path) -> None:
     assert [(each.name, each.elevation) for each in found.building.floors] == [("L1", 0.0), ("L2", 8.0), ("L3", 16.0)]
     assert {lift: len(places) for lift, places in layout(found).landings.items()} == {"Lift1": 3, "Lift2": 3}
     assert (found.warnings, texts(report, REFUSED)) == ((), {})
-    for lift in ("Lift1", "Lift2"):
-        for landing in layout(found).landings[lift]:
-            grid = found.maps[landing.floor].grid
-            assert value_at(grid, *landing.car[:2]) == FREE
-            assert value_at(grid, *landing.wait[:2]) == FREE
+    assert apart(found) == []
 
 
 @pytest.mark.parametrize("name", ["airport_terminal", "campus", "door_madness", "office"])
@@ -158,3 +174,4 @@ def test_real_buildings_are_imported(data: Path, name: str) -> None:
     content = (data / "buildings" / f"{name}.building.yaml").read_bytes()
     found, report = imported(content, resolution=0.2)
     assert (len(found.building.floors), found.warnings, texts(report, REFUSED)) == (1, (), {})
+    assert apart(found) == []
