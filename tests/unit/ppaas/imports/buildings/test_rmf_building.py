@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from ppaas.buildings.building import building_of, json_of
 from ppaas.buildings.checks import in_building
 from ppaas.buildings.layout import BuildingLayout, layout_of
 from ppaas.errors import InvalidInput
@@ -137,6 +138,9 @@ def test_the_grid_is_made_of_the_drawing_where_there_is_one() -> None:
     assert value_at(grid, 6.0, -7.95) == OCCUPIED  # the dark lowest rows
     assert value_at(grid, 6.0, -1.0) == FREE  # a wall that is not drawn
     assert value_at(grid, 1.0, -6.0) == FREE
+    damaged, report = imported(content, drawings={"L1": b"no picture"})
+    assert texts(report, REFUSED)["levels.L1.drawing"].endswith("; the grid is made of walls")
+    assert value_at(damaged.maps["L1"].grid, 6.0, -1.0) == OCCUPIED
     missing, report = imported(content)
     text = texts(report, NO_EFFECT)["levels.L1.drawing"]
     assert text == "there is no file 'L1.png': the grid is made of walls"
@@ -146,9 +150,20 @@ def test_the_grid_is_made_of_the_drawing_where_there_is_one() -> None:
 def test_floors_without_anything_are_left_out_and_names_become_ids() -> None:
     found, report = imported(building(levels={"Floor 1": floor(), "Floor/1": floor(), "roof": {}}, lifts={}))
     assert [each.map for each in found.building.floors] == ["inn-Floor-1", "inn-Floor-1-2"]
+    assert [each.name for each in found.building.floors] == list(found.maps) == ["Floor 1", "Floor-1"]
     assert texts(report, REFUSED)["levels.roof"] == "it has neither walls nor lanes nor a drawing, so it is no floor"
     with pytest.raises(InvalidInput, match="has no floor with walls, lanes or a drawing"):
         imported(building(levels={"roof": {}}, lifts={}))
+
+
+def test_names_that_a_building_does_not_take_are_changed() -> None:
+    levels = {"L/1": floor(), "x" * 70: floor(), "x" * 80: floor()}
+    stops = {"level_doors": {"L/1": ["front"], "x" * 70: ["front"]}, "reference_floor_name": "L/1"}
+    found, _ = imported(building(levels=levels, lifts={"a/b": LIFT | stops, "a-b": LIFT | stops}))
+    assert building_of(json_of(found.building)) == found.building
+    assert [each.name for each in found.building.floors] == ["L-1", "x" * 64, "x" * 62 + "-2"]
+    assert [lift.lift for lift in found.building.lifts] == ["a-b", "a-b-2"]
+    assert layout(found).landings.keys() == {"a-b", "a-b-2"}
 
 
 @pytest.mark.parametrize(
