@@ -37,13 +37,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures."""
     from benchmarks.harness.figures import measured  # noqa: PLC0415
-    from benchmarks.lifts.hotel import FirstCome, Hotel, Shared, simulate  # noqa: PLC0415 - loaded for --help
+    from benchmarks.lifts.hotel import FirstCome, Hotel, SharedLifts, simulate  # noqa: PLC0415 - loaded for --help
 
     seconds = QUICK_SECONDS if arguments.quick else 60.0 * arguments.minutes
     hotel = Hotel(arguments.robots, arguments.floors, arguments.lifts, arguments.capacity, seconds)
     broken = Hotel(arguments.robots, arguments.floors, arguments.lifts, arguments.capacity, seconds, seconds / 3.0)
     seeds = range(QUICK_SEEDS if arguments.quick else SEEDS)
-    kinds = ((hotel, Shared), (hotel, FirstCome), (broken, Shared))
+    kinds = ((hotel, SharedLifts), (hotel, FirstCome), (broken, SharedLifts))
     ours, first, rerouted = (
         [simulate(place, policy, seed) for seed in progress.track(seeds, description="lifts")]
         for place, policy in kinds

@@ -91,7 +91,7 @@ class LiftsResult:
     rerouted: float = 0.0
 
 
-class Policy(Protocol):
+class LiftPolicy(Protocol):
     """Leads the robots of a building through its lifts."""
 
     def choose(self, origin: str, now: float) -> str:
@@ -119,7 +119,7 @@ class Policy(Protocol):
         ...
 
 
-class Shared:
+class SharedLifts:
     """Our controller; robots wait for the lift that is estimated to be there first."""
 
     def __init__(self, hotel: Hotel) -> None:
@@ -213,17 +213,17 @@ class _Robot:
     passed_at: float = 0.0
 
 
-class Run:
+class HotelRun:
     """One run of a hotel.
 
     Parameters
     ----------
     hotel : Hotel
-    policy : Policy
+    policy : LiftPolicy
     seed : int
     """
 
-    def __init__(self, hotel: Hotel, policy: Policy, seed: int) -> None:
+    def __init__(self, hotel: Hotel, policy: LiftPolicy, seed: int) -> None:
         self._hotel, self._policy = hotel, policy
         self._random = random.Random(seed)
         levels = {floor.name: floor.elevation for floor in hotel.building.floors}
@@ -302,6 +302,6 @@ class Run:
                     self._robots[order.robot].free_at = now
 
 
-def simulate(hotel: Hotel, policy: Callable[[Hotel], Policy], seed: int) -> LiftsResult:
+def simulate(hotel: Hotel, policy: Callable[[Hotel], LiftPolicy], seed: int) -> LiftsResult:
     """Run a hotel."""
-    return Run(hotel, policy(hotel), seed).run()
+    return HotelRun(hotel, policy(hotel), seed).run()

@@ -57,7 +57,7 @@ class BuildingHooks:
     connected : callable
         Returns the robots that are connected.
     alert : callable
-        Called with what people must look at.
+        Called with what people must look at, after the log has it as a warning.
     may_leave : MayLeave
         Called with a lift and a floor; returns whether the lobby has room for a robot that leaves the car.
     """
@@ -256,6 +256,7 @@ class BuildingRunner:
             if isinstance(order, StoreRide | RemoveRide):
                 await self._store(order)
             elif isinstance(order, LiftAlert | DoorAlert):
+                logger.warning("%s", order.text)
                 self._hooks.alert(order)
             else:
                 self._hooks.obey(order)

@@ -5,7 +5,7 @@ import json
 import pytest
 from starlette.responses import Response
 
-from endpoints.cli import device
+from endpoints.cli import device, device_trial
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.buildings import LiftServer
 from tests.support.endpoints.serving import serve
@@ -29,14 +29,14 @@ async def test_a_lift_is_sent_to_a_floor_and_let_go(capsys):
     assert await try_server(server, f"/lift{FLOORS}", "--floors", "L1,L2,L3", "--floor", "L3", "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert (lines[-1]["floor"], lines[-1]["door"]) == ("L3", "open")
-    assert server.orders[-1] == {"session": device.SESSION, "end": True}
+    assert server.orders[-1] == {"session": device_trial.SESSION, "end": True}
 
 
 async def test_a_door_is_opened_and_let_close(capsys):
     server = LiftServer()
     assert await try_server(server, "/door?poll=0.1", "--open") == 0
     assert "mode=open" in capsys.readouterr().out.splitlines()[-1]
-    assert server.orders[-1] == {"session": device.SESSION, "mode": "closed"}
+    assert server.orders[-1] == {"session": device_trial.SESSION, "mode": "closed"}
 
 
 async def test_states_are_shown_without_any_order(capsys):

@@ -5,6 +5,7 @@ import pytest
 
 from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner
 from engine.devices.hosts import DeviceHosts
+from ppaas.buildings.doors import controller
 from ppaas.buildings.doors.states import Pass
 from ppaas.buildings.lifts.states import Alight, Board, Refuse, RemoveRide, StoreRide
 from ppaas.errors import Unavailable
@@ -129,6 +130,17 @@ async def test_no_robot_moves_on_a_ride_that_is_not_stored():
         assert not any(isinstance(order, Board) for order in master.orders)
         master.store_is_down = False
         await until(lambda: Board("r", "A", "L1") in master.orders)
+
+
+async def test_people_are_called_to_a_door_that_does_not_open(monkeypatch, caplog):
+    monkeypatch.setattr(controller, "NO_OPENING", 0.2)
+    master, server = Master(), LiftServer()
+    server.door.set_fault("jammed", 0.0)
+    async with serve(server) as port, running(master.runner(door=f"http://127.0.0.1:{port}/door?poll=0.1")) as runner:
+        runner.approach("r", "L1", "main")
+        await until(lambda: master.alerts)
+    assert master.alerts[0].text == "door 'main' of floor 'L1' does not open"
+    assert master.alerts[0].text in caplog.messages
 
 
 @pytest.mark.parametrize("url", ["", "ftp://h"])
