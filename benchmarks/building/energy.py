@@ -42,7 +42,7 @@ PERIOD = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Fleet:
+class ChargingFleet:
     """Robots with their batteries, chargers, and places of tasks."""
 
     robots: dict[str, RobotNow]
@@ -51,7 +51,7 @@ class Fleet:
     gain: float
 
     @classmethod
-    def of(cls, arguments: argparse.Namespace, rng: np.random.Generator) -> "Fleet":
+    def of(cls, arguments: argparse.Namespace, rng: np.random.Generator) -> "ChargingFleet":
         """Return a fleet of a size, at random places with random charges."""
         gain = 1.0 / (60.0 * arguments.charge_minutes)
         robots = {
@@ -85,12 +85,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Run the bench; the exit status is 1 if a robot is stranded, or too little of the bound is done."""
     rng = np.random.default_rng(arguments.seed)
-    fleet, seconds = Fleet.of(arguments, rng), 3600.0 * arguments.hours
+    fleet, seconds = ChargingFleet.of(arguments, rng), 3600.0 * arguments.hours
     begun = time.perf_counter()
     pairs, rehearsal = work(fleet, seconds, arguments.waiting, rng, progress)
     took = time.perf_counter() - begun
     done = [task for task in rehearsal.tasks.values() if task.kind == "pick_drop" and task.state == "done"]
-    charged = sum(task.kind == "charge" and task.state == "done" for task in rehearsal.tasks.values())
+    charged = sum(task.trip == "charge" and task.state == "done" for task in rehearsal.tasks.values())
     most = bound(fleet, pairs, seconds)
     charges = [battery.charge for battery in rehearsal.batteries.values() if battery is not None]
     ratio, stranded = len(done) / most, len(rehearsal.stranded)
@@ -114,7 +114,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 
 def work(
-    fleet: Fleet, seconds: float, waiting: int, rng: np.random.Generator, progress: "Progress"
+    fleet: ChargingFleet, seconds: float, waiting: int, rng: np.random.Generator, progress: "Progress"
 ) -> tuple[list[tuple[int, int]], Rehearsal]:
     """Lead the fleet, while so many tasks wait at any time; return the places of all tasks, and the rehearsal."""
     rehearsal = Rehearsal([], fleet.robots, straight, 0.0, sites=fleet.sites, period=PERIOD)
@@ -132,7 +132,7 @@ def work(
     return pairs, rehearsal
 
 
-def bound(fleet: Fleet, pairs: Sequence[tuple[int, int]], seconds: float) -> float:
+def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float) -> float:
     """Return the number of tasks that no plan exceeds, even one that knows all tasks from the start.
 
     The linear program counts moves: loaded ones of tasks, empty ones between places, and ones to and from chargers.
@@ -158,7 +158,7 @@ def bound(fleet: Fleet, pairs: Sequence[tuple[int, int]], seconds: float) -> flo
     visits = np.concatenate([-arrives[stations:], -arrives[stations:], fleet.gain * np.eye(len(chargers))], axis=1)
     times, energies = metres / SPEED + at_charger, metres * PER_METRE - at_charger * fleet.gain
     least = robots * seconds * PER_SECOND
-    limits = [np.full(2 * number, float(robots)), np.zeros(len(chargers)), [robots * seconds], [start - least]]
+    limits = [np.full(2 * number, float(robots)), np.zeros(len(chargers)), np.array([robots * seconds, start - least])]
     most = np.concatenate([demand.ravel(), np.full(size, np.inf), np.full(len(chargers), seconds)])
     wanted = np.concatenate([np.ones(size), np.zeros(size + len(chargers))])
     limits_of_each = np.stack([np.zeros(len(most)), most], 1)

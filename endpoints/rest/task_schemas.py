@@ -13,6 +13,8 @@ from ppaas.tasks.options import (
     LONGEST_PERIOD,
     MOST_BEFORE,
     MOST_CLOCKS,
+    MOST_ITEMS,
+    MOST_OF_ITEM,
     MOST_RUNS,
     After,
     End,
@@ -26,10 +28,10 @@ from ppaas.tasks.records import (
     MOST_PRIORITY,
     MOST_ROUNDS,
     MOST_WEIGHT,
-    GivenKind,
     Task,
     TaskKind,
     TaskState,
+    Trip,
     check_task,
 )
 from ppaas.tasks.succession import in_series
@@ -49,6 +51,11 @@ class HoldFile(RequestBody):
     confirm: StrictBool = Field(False, description="Until `POST …/tasks/TASK/confirm`")
     seconds: Annotated[Number, Field(gt=0.0, le=LONGEST_HOLD, description="For at most this time [s]")] | None = None
     charge: Annotated[Number, Field(gt=0.0, le=1.0, description="Until its battery has this charge")] | None = None
+    dispenser: Annotated[str, Field(max_length=64, description="Workcell of Open-RMF that loads it and confirms")] = ""
+    ingestor: Annotated[str, Field(max_length=64, description="Workcell that unloads it and confirms")] = ""
+    items: dict[Name, Annotated[StrictInt, Field(ge=1, le=MOST_OF_ITEM)]] = Field(
+        {}, max_length=MOST_ITEMS, description="Quantities that the workcell is asked for, by type"
+    )
 
 
 class AfterFile(RequestBody):
@@ -83,7 +90,7 @@ class TaskFile(RequestBody):
         json_schema_extra={"examples": [{"kind": "pick_drop", "places": [[1.0, 2.0], [4.0, 1.5, 1.57]], "priority": 1}]}
     )
 
-    kind: GivenKind = Field(description="`go_to` one place; `pick_drop`: two places; `patrol` along places")
+    kind: TaskKind = Field(description="`go_to` one place; `pick_drop`: two places; `patrol` along places")
     places: list[Pose] = Field(min_length=1, max_length=MOST_PLACES, fail_fast=True)
     rounds: Annotated[StrictInt, Field(ge=1, le=MOST_ROUNDS, description="Rounds of a patrol")] = 1
     priority: Annotated[
@@ -147,6 +154,7 @@ class TaskAnswer(ResponseBody):
     repeat: dict[str, Any] | None
     run: int = Field(description="Number of this run of a task that repeats")
     series: str = Field(description="Id of the first run")
+    trip: Trip | None = Field(description="What the cloud sends its robot for by itself; null for tasks of users")
     state: TaskState = Field(description="`assigned`: a robot drives to the first place; `active`: it has been there")
     robot: str | None = Field(description="Robot that does it or has ended it; null while it is queued")
     visited: int = Field(description="Number of places that have been visited; places of each round of a patrol count")

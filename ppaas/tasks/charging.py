@@ -1,17 +1,16 @@
 """Charging and parking: which robots go to which chargers and parking spots, and when chargers are left again.
 
-Trips to chargers and spots are tasks of the kinds ``charge`` and ``park``: they are stored, and go on after a restart.
+Trips to chargers and spots are tasks with a ``trip``: they are stored, and go on after a restart.
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Literal
 
 from ppaas.energy.sites import Sites
 from ppaas.tasks.assignment import may_do
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, lasts, least_cost, straight, way_home
-from ppaas.tasks.records import MOST_PRIORITY, Place, Task, TaskKind
+from ppaas.tasks.records import MOST_PRIORITY, Place, Task, Trip
 
 LOW = 0.25
 """Charge below which a robot without a load goes to a charger, whatever there is to do."""
@@ -36,18 +35,15 @@ NEAR = 1.0
 
 _TOO_FAR = "no battery lasts for it: it takes"
 
-OWN: frozenset[TaskKind] = frozenset({"charge", "park"})
-"""Kinds of tasks that the dispatcher adds itself."""
-
 
 def must_charge(robot: RobotNow, task: Task | None, sites: Sites) -> bool:
     """Return whether a robot must go to a charger now; one with a load goes on: it had the charge for its task."""
     battery, place = robot.battery, robot.place
     if battery is None or place is None or robot.is_led or not sites.chargers:
         return False
-    if task is not None and (task.kind == "charge" or task.is_loaded):
+    if task is not None and (task.trip == "charge" or task.is_loaded):
         return False
-    rests = task is None or task.kind == "park"
+    rests = task is None or task.trip == "park"
     metres = way_home(place, sites)
     if task is not None and task.state == "active" and task.holding is None:
         metres = DETOUR * straight(place, task.target) + way_home(task.target, sites)
@@ -77,7 +73,7 @@ def trips(
     limit = ALMOST_FULL if tasks_wait else OPPORTUNE
     wish = sorted(needy, key=lambda name: (charge[name], name))
     wish += sorted((name for name in idle if charge[name] < limit), key=lambda name: (charge[name], name))
-    taken = [task.places[0] for task in task_of.values() if task.kind == "charge"]
+    taken = [task.places[0] for task in task_of.values() if task.trip == "charge"]
     charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken])
     gone = {name for name, _ in charging}
     stay = [name for name in idle if name not in gone and name not in task_of]
@@ -92,11 +88,11 @@ def leavers(
     robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, waiting: Iterable[Task]
 ) -> list[str]:
     """Return the robots that leave their chargers early: others need these, or tasks wait; the fullest first."""
-    holds = [name for name, task in task_of.items() if task.kind == "charge" and task.holding is not None]
+    holds = [name for name, task in task_of.items() if task.trip == "charge" and task.holding is not None]
     charge = {name: _charge(robots[name]) for name in holds if name in robots}
     enough = sorted((name for name in charge if charge[name] >= ENOUGH), key=lambda name: (-charge[name], name))
     needy = sum(must_charge(robot, task_of.get(name), sites) for name, robot in robots.items())
-    free = len(sites.chargers) - sum(task.kind == "charge" for task in task_of.values())
+    free = len(sites.chargers) - sum(task.trip == "charge" for task in task_of.values())
     leave = enough[: max(0, needy - free)]
     idle = sum(_is_idle(robot, task_of.get(name)) for name, robot in robots.items())
     left = list(waiting)
@@ -145,7 +141,7 @@ def is_charged(task: Task, robot: RobotNow | None) -> bool:
 
 
 def _is_idle(robot: RobotNow, task: Task | None) -> bool:
-    return robot.place is not None and not robot.is_led and (task is None or task.kind == "park")
+    return robot.place is not None and not robot.is_led and (task is None or task.trip == "park")
 
 
 def _charge(robot: RobotNow) -> float:
@@ -157,7 +153,7 @@ def _is_at(robot: RobotNow, places: Iterable[Place]) -> bool:
 
 
 def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str, Task]) -> bool:
-    planned = any(task.kind == "park" and task.places[0] == place for task in task_of.values())
+    planned = any(task.trip == "park" and task.places[0] == place for task in task_of.values())
     return planned or any(_is_at(robot, [place]) for robot in robots.values())
 
 
@@ -173,11 +169,12 @@ def _matched(names: list[str], robots: Mapping[str, RobotNow], places: list[Plac
     return found
 
 
-def _trip(kind: Literal["charge", "park"], place: Place, robot: str, now: float, number: int) -> Task:
-    charge = kind == "charge"
+def _trip(trip: Trip, place: Place, robot: str, now: float, number: int) -> Task:
+    charge = trip == "charge"
     return Task(
-        id=f"{int(now * 1000.0):012x}-{kind}{number}",
-        kind=kind,
+        id=f"{int(now * 1000.0):012x}-{trip}{number}",
+        kind="go_to",
+        trip=trip,
         places=(place,),
         priority=MOST_PRIORITY if charge else -MOST_PRIORITY,
         holds=(PlaceHold(charge=FULL),) if charge else (),

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
-from ppaas.tasks.charging import OWN, is_charged, leavers, must_charge, other_reason, reach_reason, trips
+from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
@@ -177,7 +177,7 @@ class Dispatcher:
                 continue
             over = hold.seconds is not None and now - since >= hold.seconds
             charged = is_charged(task, self._robots.get(task.robot))
-            if over or charged or (hold.confirm and task.confirmed == task.leg):
+            if over or charged or (hold.is_confirmed and task.confirmed == task.leg):
                 orders += self._go_on(task, now)
         return orders
 
@@ -190,9 +190,9 @@ class Dispatcher:
             if robot.place is None or robot.is_led or now < self._rests_until.get(name, now):
                 continue
             task = self._task(name)
-            if task is None or (task.state == "assigned" and task.kind != "charge"):
+            if task is None or (task.state == "assigned" and task.trip != "charge"):
                 found.append(TaskRobot(name, robot.place, 0.0, robot.labels, robot.battery))
-            elif task.kind != "charge":
+            elif task.trip != "charge":
                 left = remaining(task, robot.place)
                 found.append(TaskRobot(name, task.places[-1], left, robot.labels, robot.battery))
         return found
@@ -203,7 +203,7 @@ class Dispatcher:
         return [
             task
             for task in self._tasks.values()
-            if task.kind != "charge" and (self._may_begin(task, now) if not task.robot else _may_move(task, free))
+            if task.trip != "charge" and (self._may_begin(task, now) if not task.robot else _may_move(task, free))
         ]
 
     # -- internals -----------------------------------------------------------------------------------------------------
@@ -215,9 +215,9 @@ class Dispatcher:
         """End the tasks that no robot can begin any more."""
         orders: list[Order] = []
         for task in tuple(self._tasks.values()):
-            if not task.robot and task.kind in OWN:
+            if not task.robot and task.trip:
                 orders += self._end(task, "cancelled", task.reason, now)
-            if task.robot or task.begun is not None or task.kind in OWN:
+            if task.robot or task.begun is not None or task.trip:
                 continue
             known, reason = verdict(task, self._ended, self._tasks)
             if known == "never":
@@ -245,7 +245,7 @@ class Dispatcher:
             orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
         for robot, trip in trips(self._robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
             before = self._task(robot)
-            if before is not None and before.kind == "park":
+            if before is not None and before.trip == "park":
                 orders += self._end(before, "cancelled", "its robot charges", now)
             elif before is not None:
                 orders += self._queue(before, f"robot {robot!r} must charge")

@@ -12,7 +12,7 @@ from msgspec import Meta
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 from ppaas.tasks.options import After, PlaceHold, Repeat
-from ppaas.tasks.records import GivenKind, Place, Task, check_task
+from ppaas.tasks.records import Place, Task, TaskKind, check_task
 from ppaas.tasks.succession import in_series
 
 # -- parts of a file ---------------------------------------------------------------------------------------------------
@@ -24,7 +24,7 @@ Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)]
 Coordinates = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
 
 
-class MissionHold(PlaceHold, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class MissionHold(PlaceHold, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """What a robot waits for at a place: a confirmation, a time or a charge, whichever comes first."""
 
 
@@ -55,7 +55,7 @@ class MissionTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """
 
     name: Name
-    kind: GivenKind
+    kind: TaskKind
     at: Annotated[tuple[str | Coordinates, ...], Meta(min_length=1, max_length=64)]
     rounds: int = 1
     priority: int = 0

@@ -17,7 +17,11 @@ LONGEST_HOLD = 7 * 86400.0
 """Limit of the time for which a robot waits at a place [s]."""
 
 
-class PlaceHold(msgspec.Struct, frozen=True, kw_only=True):
+MOST_ITEMS, MOST_OF_ITEM = 16, 1_000_000
+"""Limits of the types of items that a workcell is asked for, and of the quantity of each."""
+
+
+class PlaceHold(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What a robot waits for at a place before it goes on.
 
     Parameters
@@ -28,17 +32,33 @@ class PlaceHold(msgspec.Struct, frozen=True, kw_only=True):
         It goes on after this time [s], also without a confirmation; None for no limit.
     charge : float, optional
         It goes on once its battery has this charge, from 0 to 1.
+    dispenser, ingestor : str
+        Workcell of Open-RMF that confirms that it has loaded or unloaded the robot; empty for none.
+    items : dict of str to int
+        What the workcell is asked for: quantities by type.
     """
 
     confirm: bool = False
     seconds: float | None = None
     charge: float | None = None
+    dispenser: str = ""
+    ingestor: str = ""
+    items: dict[str, int] = {}
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether it waits for somebody, or for a workcell, to confirm it."""
+        return self.confirm or bool(self.dispenser or self.ingestor)
 
 
 def check_hold(hold: PlaceHold) -> PlaceHold:
     """Return a hold; ``InvalidInput`` if it waits for nothing, or for no possible time."""
-    if not hold.confirm and hold.seconds is None and hold.charge is None:
-        raise InvalidInput("a hold needs 'confirm', a time in 'seconds', or a 'charge'")
+    if not hold.is_confirmed and hold.seconds is None and hold.charge is None:
+        raise InvalidInput("a hold needs 'confirm', a time in 'seconds', a 'charge', or a 'dispenser' or 'ingestor'")
+    if hold.dispenser and hold.ingestor:
+        raise InvalidInput("a hold needs a 'dispenser' or an 'ingestor', and not both")
+    if len(hold.items) > MOST_ITEMS or not all(0 < number <= MOST_OF_ITEM for number in hold.items.values()):
+        raise InvalidInput(f"a workcell may be asked for {MOST_ITEMS} types of items, for 1 to {MOST_OF_ITEM} of each")
     if hold.charge is not None and not 0.0 < hold.charge <= 1.0:
         raise InvalidInput(f"the charge of a hold must be above 0, and 1 at most, not {hold.charge:g}")
     if hold.seconds is not None and not 0.0 < hold.seconds <= LONGEST_HOLD:

@@ -9,11 +9,11 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.tasks.options import MOST_BEFORE, After, PlaceHold, Repeat, check_hold, check_repeat
 
-GivenKind = Literal["go_to", "pick_drop", "patrol"]
+TaskKind = Literal["go_to", "pick_drop", "patrol"]
 """Go to a place; pick at one place and drop at another; go along places, again and again."""
 
-TaskKind = Literal["go_to", "pick_drop", "patrol", "charge", "park"]
-"""Kinds that users give, and those that a dispatcher adds itself: charge at a charger, and park at a spot."""
+Trip = Literal["charge", "park"]
+"""What a dispatcher sends a robot for by itself: to charge at a charger, or to park at a spot."""
 
 TaskState = Literal["queued", "assigned", "active", "done", "failed", "cancelled"]
 """``assigned``: a robot drives to the first place, and another may still take over. ``active``: it has been there."""
@@ -45,7 +45,7 @@ LAST_TIME = float(1 << 40)
 Place = tuple[float, float, float]
 """x, y [m], yaw [rad] in the frame of the map."""
 
-_PLACES = {"go_to": (1, 1), "pick_drop": (2, 2), "patrol": (1, MOST_PLACES), "charge": (1, 1), "park": (1, 1)}
+_PLACES = {"go_to": (1, 1), "pick_drop": (2, 2), "patrol": (1, MOST_PLACES)}
 
 
 class Task(msgspec.Struct, frozen=True, kw_only=True):
@@ -55,7 +55,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     id : str
         Unique among the tasks of a user on a map.
-    kind : {"go_to", "pick_drop", "patrol", "charge", "park"}
+    kind : {"go_to", "pick_drop", "patrol"}
     places : tuple of Place
         Places in the order in which they are visited.
     rounds : int
@@ -84,6 +84,8 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         Number of this run of a task that repeats.
     series : str
         Id of the first run; empty for the first one itself.
+    trip : Trip, optional
+        What its robot goes for; None for a task of a user.
     state : TaskState
     robot : str
         Robot that does it, or that ended it; empty while it is queued.
@@ -121,6 +123,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     repeat: Repeat | None = None
     run: int = 1
     series: str = ""
+    trip: Trip | None = None
     state: TaskState = "queued"
     robot: str = ""
     leg: int = 0
@@ -162,7 +165,9 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def needs_confirmation(self) -> bool:
         """Whether its robot holds until somebody confirms it."""
-        return self.holding is not None and self.hold is not None and self.hold.confirm and self.confirmed != self.leg
+        return (
+            self.holding is not None and self.hold is not None and self.hold.is_confirmed and self.confirmed != self.leg
+        )
 
     @property
     def may_start(self) -> float:

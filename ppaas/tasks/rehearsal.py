@@ -188,7 +188,7 @@ class Rehearsal:
     def _step(self) -> None:
         now, dispatcher = self.now, self._dispatcher
         charging = {
-            task.robot for task in dispatcher.tasks.values() if task.kind == "charge" and task.holding is not None
+            task.robot for task in dispatcher.tasks.values() if task.trip == "charge" and task.holding is not None
         }
         for name, driver in self._drivers.items():
             driver.use(now, charging=name in charging)
@@ -265,4 +265,4 @@ class Rehearsal:
         limit = math.inf if hold.seconds is None else hold.seconds
         if hold.charge is not None:
             limit = min(limit, LOOK)
-        return min(limit, self._confirmed_after) if hold.confirm else limit
+        return min(limit, self._confirmed_after) if hold.is_confirmed else limit

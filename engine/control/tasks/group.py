@@ -11,7 +11,6 @@ from engine.control.tasks.robots import TaskRobots
 from ppaas.energy.sites import NO_SITES
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.tasks.assignment import Distance
-from ppaas.tasks.charging import OWN
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import straight
@@ -48,7 +47,7 @@ def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> l
         Time for which a task is kept after its end [s].
     """
     ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
-    own = {task.id: OWN_KEPT_FOR for task in tasks if task.kind in OWN}
+    own = {task.id: OWN_KEPT_FOR for task in tasks if task.trip}
     kept = {name for at, name in ended[:MOST_ENDED] if now - at <= min(kept_for, own.get(name, kept_for))}
     kept |= {before.task for task in tasks if task.is_open for before in task.after}
     return [name for _, name in ended if name not in kept]
@@ -208,7 +207,7 @@ class TaskGroup:
     async def _see(self, dispatcher: Dispatcher, labels: dict[str, dict[str, str]], now: float) -> None:
         user, _ = self.group
         charging = {
-            task.robot for task in dispatcher.tasks.values() if task.kind == "charge" and task.holding is not None
+            task.robot for task in dispatcher.tasks.values() if task.trip == "charge" and task.holding is not None
         }
         renewed = [robot for robot in labels if self._robots.follow(user, robot)]
         seen: dict[str, RobotNow] = {

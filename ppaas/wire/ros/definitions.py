@@ -11,6 +11,7 @@ from typing import Final
 from ppaas.wire.ros import docking_definitions as docking
 from ppaas.wire.ros import nav2_definitions as nav2
 from ppaas.wire.ros.rmf_definitions import RMF
+from ppaas.wire.ros.rmf_workcells import WORKCELLS
 
 # -- definitions that are the same in all releases of ROS 2 -----------------------------------------------------------
 
@@ -143,9 +144,9 @@ NOETIC: Final = {name: COMMON[name] for name in _SAME_AS_IN_ROS_2} | {
 
 DEFINITIONS: Mapping[str, Mapping[str, str]] = {
     "noetic": NOETIC,
-    "humble": COMMON | RMF | nav2.COMMON | nav2.HUMBLE | docking.HUMBLE,
-    "jazzy": COMMON | RMF | nav2.COMMON | nav2.SINCE_JAZZY | nav2.JAZZY | docking.SINCE_JAZZY,
-    "kilted": COMMON | RMF | nav2.COMMON | nav2.SINCE_JAZZY | nav2.KILTED | docking.SINCE_JAZZY,
-    "lyrical": COMMON | RMF | nav2.COMMON | nav2.KILTED | nav2.LYRICAL | docking.SINCE_JAZZY,
+    "humble": COMMON | RMF | WORKCELLS | nav2.COMMON | nav2.HUMBLE | docking.HUMBLE,
+    "jazzy": COMMON | RMF | WORKCELLS | nav2.COMMON | nav2.SINCE_JAZZY | nav2.JAZZY | docking.SINCE_JAZZY,
+    "kilted": COMMON | RMF | WORKCELLS | nav2.COMMON | nav2.SINCE_JAZZY | nav2.KILTED | docking.SINCE_JAZZY,
+    "lyrical": COMMON | RMF | WORKCELLS | nav2.COMMON | nav2.KILTED | nav2.LYRICAL | docking.SINCE_JAZZY,
 }
 """Text of each definition by its full name, such as ``nav2_msgs/action/Wait``, for each release."""

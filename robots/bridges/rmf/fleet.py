@@ -18,6 +18,7 @@ from robots.bridges.core.notices import Notices
 from robots.bridges.core.transport import Publisher, Transport
 from robots.bridges.rmf.options import FleetForRmf
 from robots.bridges.rmf.robot_in_cloud import RobotInCloud
+from robots.bridges.rmf.workcells import WorkcellBridge
 from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
 
@@ -49,9 +50,15 @@ class RmfFleet:
     options : FleetForRmf
     now : callable
         Clock of Open-RMF [s since the epoch].
+
+    Attributes
+    ----------
+    workcells : WorkcellBridge, optional
+        Bridge of tasks to workcells, which is served, too.
     """
 
     def __init__(self, transport: Transport, url: str, token: str, options: FleetForRmf, now: Clock = epoch) -> None:
+        self.workcells: WorkcellBridge | None = None
         self._transport, self._url, self._token, self._options, self._now = transport, url, token, options, now
         self._robots: dict[str, FleetRobot] = {}
         self._sides: dict[str, RobotInCloud] = {}
@@ -75,6 +82,8 @@ class RmfFleet:
                 group.create_task(self._look(states))
                 group.create_task(self._transport.ended())
                 group.create_task(self._follow())
+                if self.workcells is not None:
+                    group.create_task(self.workcells.serve(self._transport))
         except* PPaaSError as errors:
             raise errors.exceptions[0] from None
         finally:
@@ -163,6 +172,8 @@ async def present(transport: Transport, url: str, token: str, robots: Sequence[s
     if not robots:
         raise InvalidInput("a fleet needs robots, and the user has none: name some, as OWNER:ID for those of others")
     fleet, rest = RmfFleet(transport, url, token, options), RestClient(url, token)
-    for robot in robots:
-        fleet.add(robot, await rest.get(path_of("robots", robot)))
+    records = {robot: await rest.get(path_of("robots", robot)) for robot in robots}
+    for robot, record in records.items():
+        fleet.add(robot, record)
+    fleet.workcells = WorkcellBridge(rest, {record["map"] for record in records.values()}, options.name)
     await fleet.run()

@@ -5,16 +5,16 @@ import argparse
 import pytest
 from rich.progress import Progress
 
-from benchmarks.building.energy import Fleet, bound, configure, measure
+from benchmarks.building.energy import ChargingFleet, bound, configure, measure
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import SPEED
 
 
-def fleet(charge: float, gain: float, per_metre: float = 1e-3) -> Fleet:
+def fleet(charge: float, gain: float, per_metre: float = 1e-3) -> ChargingFleet:
     robots = {"r": RobotNow((0.0, 0.0, 0.0), battery=Battery(charge, per_metre, 0.0, gain))}
-    return Fleet(robots, Sites({"c": (0.0, 0.0, 0.0)}), [(0.0, 0.0, 0.0), (100.0, 0.0, 0.0)], gain)
+    return ChargingFleet(robots, Sites({"c": (0.0, 0.0, 0.0)}), [(0.0, 0.0, 0.0), (100.0, 0.0, 0.0)], gain)
 
 
 @pytest.mark.parametrize(

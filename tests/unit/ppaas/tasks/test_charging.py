@@ -90,7 +90,7 @@ def test_a_task_for_which_no_battery_lasts_says_so_before_it_starts() -> None:
         (0.3, task("p", B, C, kind="patrol", state="active", robot="r", leg=1), True),
         (0.7, task("p", B, C, kind="patrol", state="active", robot="r", leg=1), False),
         (0.11, task("p", B, C, kind="pick_drop", state="active", robot="r", leg=1), False),
-        (0.11, task("c", DOCK, kind="charge", state="assigned", robot="r"), False),
+        (0.11, task("c", DOCK, trip="charge", state="assigned", robot="r"), False),
     ],
 )
 def test_a_robot_goes_to_a_charger_in_time_unless_it_carries_something(
@@ -107,7 +107,7 @@ def test_a_trip_to_a_charger_is_a_stored_task_that_goes_on_after_a_restart() -> 
     assert [type(order) for order in orders] == [StoreTask, Send]
     assert sent(orders) == {"r": DOCK}
     [trip] = dispatcher.tasks.values()
-    assert (trip.kind, trip.state, trip.named_robot) == ("charge", "assigned", "r")
+    assert (trip.trip, trip.state, trip.named_robot) == ("charge", "assigned", "r")
     again = Dispatcher([trip], 6.0)
     again.sites = SITES
     assert [order.goal_id for order in again.see({"r": robot(0.2)}, 6.0) if isinstance(order, Send)] == [trip.goal_id]
@@ -177,7 +177,7 @@ def test_robots_without_a_task_park_and_leave_for_the_next_one() -> None:
     assert sent(dispatcher.decide(0.0)) == {"r": SPOT}
     dispatcher.add(task("t", A), 1.0)
     assert sent(dispatcher.decide(1.0)) == {"r": A}
-    assert [one.kind for one in dispatcher.tasks.values() if one.robot] == ["go_to"]
+    assert [one.trip for one in dispatcher.tasks.values() if one.robot] == [None]
     arrive(dispatcher, "r", 2.0)
     orders = dispatcher.decide(2.0)
     assert sent(orders) == {"r": SPOT}
@@ -204,4 +204,4 @@ def test_two_robots_at_one_charger_work_all_day_and_none_is_stranded() -> None:
     assert rehearsal.stranded == []
     done = [one for one in rehearsal.tasks.values() if one.state == "done"]
     assert len([one for one in done if one.kind == "pick_drop"]) == 200
-    assert len([one for one in done if one.kind == "charge"]) >= 5
+    assert len([one for one in done if one.trip == "charge"]) >= 5

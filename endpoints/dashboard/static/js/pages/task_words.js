@@ -36,10 +36,10 @@ export function columnOf({ states }, tasks) {
 const placeText = ([x, y]) => `${number(x)}, ${number(y)}`;
 
 /** What is to be done. @param {{kind: string, places: number[][], rounds: number}} task */
-export function titleOf({ kind, places, rounds }) {
+export function titleOf({ kind, places, rounds, trip }) {
   const [first, second] = places.map(placeText);
-  if (kind === "charge") return `Charge at ${first}`;
-  if (kind === "park") return `Park at ${first}`;
+  if (trip === "charge") return `Charge at ${first}`;
+  if (trip === "park") return `Park at ${first}`;
   if (kind === "go_to") return `Go to ${first}`;
   if (kind === "pick_drop") return `Pick at ${first}, drop at ${second}`;
   return `Patrol ${plural(places.length, "place")}${rounds > 1 ? `, ${plural(rounds, "round")}` : ""}`;

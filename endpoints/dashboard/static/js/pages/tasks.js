@@ -78,7 +78,7 @@ class TasksPage {
     confirm.hidden = !task.needs_confirmation;
     confirm.setAttribute("aria-label", `Confirm: ${titleOf(task)}`);
     act.classList.toggle("stop", isOpen(task));
-    act.hidden = !isOpen(task) && ["charge", "park"].includes(task.kind); // the cloud adds these itself
+    act.hidden = !isOpen(task) && task.trip !== null; // the cloud adds these itself
     say(act, isOpen(task) ? "Cancel" : task.state === "done" ? "Do again" : "Retry");
     act.setAttribute("aria-label", `${act.textContent}: ${titleOf(task)}`);
   }

@@ -27,8 +27,8 @@ test("of ended tasks the last are shown, and all counted; cancelled ones are bes
 
 test("tasks are told in words", () => {
   assert.equal(titleOf(task({})), "Go to 1.0, 2.0");
-  assert.equal(titleOf(task({ kind: "charge" })), "Charge at 1.0, 2.0");
-  assert.equal(titleOf(task({ kind: "park" })), "Park at 1.0, 2.0");
+  assert.equal(titleOf(task({ trip: "charge" })), "Charge at 1.0, 2.0");
+  assert.equal(titleOf(task({ trip: "park" })), "Park at 1.0, 2.0");
   assert.equal(titleOf(task({ kind: "pick_drop", places: [[1, 2, 0], [3, 4, 0]] })), "Pick at 1.0, 2.0, drop at 3.0, 4.0");
   assert.equal(titleOf(task({ kind: "patrol", places: [[1, 2, 0], [3, 4, 0]], rounds: 3 })), "Patrol 2 places, 3 rounds");
   assert.equal(ageOf(task({}), 165), "waits for 1 min");

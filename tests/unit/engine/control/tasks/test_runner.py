@@ -461,7 +461,7 @@ async def test_robots_charge_at_docks_of_their_map_also_when_all_tasks_are_done(
     await hall.after()
     tell(place, 0.0)
     await hall.after(5.0)
-    [record] = [one for one in hall.store.tasks("ann", "house") if one.task.kind == "charge"]
+    [record] = [one for one in hall.store.tasks("ann", "house") if one.task.trip == "charge"]
     trip = record.task
     assert (trip.state, trip.robot, trip.places) == ("assigned", "r", ((3.0, 0.0, 0.0),))
     assert goals(place) == [(GOAL, trip.goal_id)]

@@ -5,6 +5,7 @@ import pytest
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import ROS_2_RELEASES
 from ppaas.wire.ros.rmf_definitions import RMF
+from ppaas.wire.ros.rmf_workcells import WORKCELLS
 from ppaas.wire.ros.types import NO_HASH
 
 HASHES = {
@@ -22,7 +23,7 @@ def test_a_type_has_the_hash_of_ros(name: str, release: str) -> None:
     assert found == (NO_HASH if release == "humble" else f"RIHS01_{HASHES[name]}")
 
 
-@pytest.mark.parametrize("name", RMF)
+@pytest.mark.parametrize("name", RMF | WORKCELLS)
 def test_an_empty_message_is_coded_and_decoded(name: str) -> None:
     types = ros_types("jazzy")
     assert types.encode(name, types.decode(name, types.encode(name, {}))) == types.encode(name, {})

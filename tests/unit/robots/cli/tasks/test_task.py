@@ -83,7 +83,7 @@ async def test_a_mission_is_added_in_order_with_the_ids_of_its_tasks(office: Com
     assert ended.err == ""
     added = {row["task"]: row for row in json.loads(ended.out)}
     assert added["after"]["after"] == [{"task": added["first"]["id"], "on": "done"}]
-    assert added["first"]["holds"] == [None, {"confirm": False, "seconds": 5.0, "charge": None}]
+    assert added["first"]["holds"] == [None, {"seconds": 5.0}]
     assert len(office.services.store.tasks("ann", "house")) == 2
 
 

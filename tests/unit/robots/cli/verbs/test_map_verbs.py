@@ -80,8 +80,8 @@ async def test_options_of_a_task_are_those_of_rest(office: CommandLine) -> None:
     repeat = ["--repeat-at", "08:30", "--days", "mon", "--zone", "Europe/Berlin", "--times", "3", "--preempt", "--json"]
     added = json.loads((await office("map", "task", "add", "house", "pick_drop", *words, *repeat)).out)
     assert added["holds"] == [
-        {"confirm": True, "seconds": 30.0, "charge": None},
-        {"confirm": False, "seconds": 5.0, "charge": None},
+        {"confirm": True, "seconds": 30.0},
+        {"seconds": 5.0},
     ]
     assert (added["weight"], added["preempts"], added["run"]) == (12.5, True, 1)
     assert added["after"] == [{"task": first["id"], "on": "ended"}]
