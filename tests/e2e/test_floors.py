@@ -1,121 +1,34 @@
-"""A robot is sent to another floor over REST: it takes the lift and arrives, also if its clone is killed on the way."""
+"""A robot is sent to another floor over REST: it takes the lift and arrives, though its clone is killed on the way."""
 
-import asyncio
 import os
 import signal
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from typing import Any
 
-import numpy as np
 import pytest
 
-from ppaas.buildings.building import Building, Floor, LiftSettings, json_of
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.zones.reading import geojson_of
-from ppaas.zones.shapes import LineString, Polygon
-from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
-from robots.client.rest import RestClient
-from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
-from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.cloud import RunningCloud, register_robot
+from tests.support.cloud.drive import driving
+from tests.support.cloud.floors import BETWEEN, GOAL, GROUND, LOFT, START, carried, ended, put_building, world_of
 from tests.support.waiting import until
-from tests.support.world.planar_world import walled_map
 
 pytestmark = pytest.mark.journey
 
-WIDTH, HEIGHT = 6.6, 4.5
-SHAFT = [
-    (0.0, 2.2, 0.3, 4.5),
-    (1.9, 2.2, 2.2, 4.5),
-    (0.0, 2.2, 0.55, 2.45),
-    (1.65, 2.2, 2.2, 2.45),
-    (0.0, 4.2, 2.2, 4.5),
-]
-"""Walls of the car, which is open towards the lobby below."""
 
-GROUND = walled_map(WIDTH, HEIGHT, [*SHAFT, (4.3, 1.5, 4.5, 4.5)])
-LOFT = walled_map(WIDTH, HEIGHT, [*SHAFT, (3.2, 2.6, 3.8, 3.2), (5.0, 0.8, 5.6, 1.2)])
-BETWEEN = WIDTH + 2.0
-"""Distance between the floors, which are beside each other in the world [m]."""
-
-START, GOAL = Pose2D(3.0, 1.0, 0.0), Pose2D(5.0, 3.0, 0.0)
-CAR = [[0.3, 2.45], [1.9, 2.45], [1.9, 4.2], [0.3, 4.2], [0.3, 2.45]]
-ZONES = ZoneSet(
-    [
-        Zone(Polygon([CAR]), LiftCar(name="car", lift="north")),
-        Zone(LineString([[0.55, 2.3], [1.65, 2.3]]), Door(name="landing", lift="north")),
-    ]
-)
-BUILDING = Building(
-    floors=(Floor(name="L1", map="floor-1"), Floor(name="L2", map="floor-2", elevation=3.0)),
-    lifts=(LiftSettings(lift="north", device="sim:", speed=2.0, doors=1.0),),
-)
-
-
-def world_of(*floors: GridMap) -> GridMap:
-    """Return floors beside each other."""
-    gap = np.zeros((floors[0].info.height, round((BETWEEN - WIDTH) / floors[0].info.resolution)), np.int8)
-    data = np.hstack([floors[0].data, gap, floors[1].data])
-    return GridMap(data, GridInfo(floors[0].info.resolution, data.shape[1], data.shape[0]))
-
-
-async def put_building(rest: RestClient) -> None:
-    for name, grid in (("floor-1", GROUND), ("floor-2", LOFT)):
-        await publish_map(rest, name, grid)
-        await rest.put_zones(name, geojson_of(ZONES))
-    warnings = (await rest.put_building("hotel", json_of(BUILDING)))["warnings"]
-    assert warnings == []
-
-
-@asynccontextmanager
-async def carried(rest: RestClient, drive: Drive, robot: str) -> AsyncIterator[list[str]]:
-    """Carry a robot in the car to the other floor, once its clone is on that; yield the maps that it was on."""
-    maps: list[str] = ["floor-1"]
-
-    async def carry() -> None:
-        while True:
-            name = (await rest.get(f"/v1/robots/{robot}"))["map"]
-            if name != maps[-1]:
-                maps.append(name)
-                base = drive.world.robots[0].base
-                assert 0.3 < base.pose.x < 1.9 and base.pose.y > 2.45, "it is in the car"
-                base.carry_to(Pose2D(base.pose.x + BETWEEN, base.pose.y, base.pose.theta))
-            await asyncio.sleep(0.05)
-
-    carrying = asyncio.create_task(carry())
-    try:
-        yield maps
-    finally:
-        carrying.cancel()
-        await asyncio.gather(carrying, return_exceptions=True)
-
-
-async def ended(rest: RestClient, robot: str, goal: dict[str, Any]) -> dict[str, Any]:
-    async with asyncio.timeout(120.0):
-        while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal['id']}"))["state"] in ("pending", "active"):
-            await asyncio.sleep(0.2)
-    return last
-
-
-@pytest.mark.parametrize("killed", [False, True], ids=["undisturbed", "clone killed in the lift"])
-async def test_a_robot_arrives_on_another_floor(cloud: RunningCloud, killed: bool) -> None:
+async def test_a_robot_arrives_on_another_floor_although_its_clone_is_killed_in_the_lift(cloud: RunningCloud) -> None:
     rest = await cloud.admin()
     await put_building(rest)
-    robot = f"porter{killed:d}"
-    token = await register_robot(rest, robot, "floor-1", tuple(START))
-    async with driving(cloud.url, token, robot, world_of(GROUND, LOFT), START) as drive:
+    token = await register_robot(rest, "porter", "floor-1", tuple(START))
+    async with driving(cloud.url, token, "porter", world_of(GROUND, LOFT), START) as drive:
         await until(lambda: bool(drive.poses))
-        async with carried(rest, drive, robot) as maps:
-            goal = await rest.post(f"/v1/robots/{robot}/goals", {"pose": list(GOAL), "floor": "L2"})
+        async with carried([rest], drive, "porter") as maps:
+            goal = await rest.post("/v1/robots/porter/goals", {"pose": list(GOAL), "floor": "L2"})
             assert goal["id"].startswith("journey-") and goal["state"] == "active"
-            if killed:
-                await until(lambda: len(maps) > 1, 60.0)
-                [container] = [one for one in await rest.items("/v1/containers") if one["robot"] == robot]
-                os.kill(container["pid"] or cloud.container().pid, signal.SIGKILL)
-            last = await ended(rest, robot, goal)
+            await until(lambda: len(maps) > 1, 60.0)
+            [container] = [one for one in await rest.items("/v1/containers") if one["robot"] == "porter"]
+            os.kill(container["pid"] or cloud.container().pid, signal.SIGKILL)
+            last = await ended(rest, "porter", goal)
         assert last["state"] == "succeeded", last
         assert maps == ["floor-1", "floor-2"]
         assert drive.world.robots[0].base.pose.distance_to(Pose2D(GOAL.x + BETWEEN, GOAL.y)) < 0.35
         assert drive.scorer.collisions(0) == 0 and drive.robot.connections == 1
-        assert (await rest.get(f"/v1/robots/{robot}/goals"))["items"][-1]["id"] == goal["id"]
+        assert (await rest.get("/v1/robots/porter/goals"))["items"][-1]["id"] == goal["id"]
