@@ -32,6 +32,7 @@ from engine.calls.interface import remote
 from engine.cloud_client.endpoint import Endpoint, Here
 from engine.cloud_client.link_listener import MachineAccess
 from engine.cloud_client.master_link import OwnMaster
+from engine.control.journeys.calls import JourneyCalls
 from engine.control.master_calls.interface import RequestCounts
 from engine.control.master_calls.server import SOCKET
 from engine.leadership.leadership import MASTER
@@ -190,6 +191,7 @@ async def _services(
         audit=await _audit(config, far_folder, stack),
         webhooks=remote(WebhookCalls, endpoint.master),
         retention=remote(RetentionCalls, endpoint.master),
+        journeys=remote(JourneyCalls, endpoint.master),
         oidc=oidc_logins(config.front.oidc),
         endpoint=config.name,
     )

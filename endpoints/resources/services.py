@@ -23,6 +23,7 @@ from endpoints.retention.calls import RetentionCalls
 from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.sharing.shared_robots import ShareCache
 from endpoints.webhooks.calls import WebhookCalls
+from engine.control.journeys.calls import JourneyCalls
 from engine.control.master_calls.control_plane import ControlPlane
 from engine.control.planning.building_requests import KeptLengths
 from engine.specs.robot_stops import in_words, stops_key, stored_stops
@@ -218,6 +219,8 @@ class Services:
     """Webhooks in the process of the master; None if there is none to call."""
     retention: RetentionCalls | None = None
     """Retention in the process of the master; None if there is none to call."""
+    journeys: JourneyCalls | None = None
+    """Leader of journeys in the process of the master; None if there is none to call."""
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)
     oidc: "OidcLogins | None" = None

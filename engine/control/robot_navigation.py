@@ -129,6 +129,10 @@ class NavigationClient:
         is_old = self._pose_at is None or self._clock() - self._pose_at > POSE_AGE
         return None if is_old else self.pose
 
+    def is_newer(self, than: float) -> bool:
+        """Return whether the last pose came after a time [s since the epoch]."""
+        return self._pose_at is not None and self._pose_at > than
+
     def goals(self) -> list[GoalView]:
         """Return the known goals, oldest first."""
         return list(self._goals.values())

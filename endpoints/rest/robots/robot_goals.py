@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from pydantic import ConfigDict, Field
 
+from endpoints.resources.services import Services
 from endpoints.rest.dependencies import Driven, Looked, Paged, Provided
 from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
@@ -12,7 +13,10 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
+from endpoints.sharing.shared_robots import ReachedRobot
+from engine.control.journeys.calls import JOURNEY, JourneyCalls
 from engine.control.views import GoalState, GoalView
+from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
@@ -63,6 +67,14 @@ class GoalRequest(RequestBody):
     model_config = ConfigDict(json_schema_extra={"examples": [{"pose": [4.0, 1.5, 1.57]}]})
 
     pose: Pose
+    floor: Annotated[
+        str | None,
+        Field(
+            max_length=64,
+            description="Floor on whose map the pose is, of the building that the robot's map is a floor of; by "
+            "default the robot's map",
+        ),
+    ] = None
 
 
 @router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(403, 404))
@@ -77,8 +89,14 @@ async def show_state(robot: Looked, services: Provided) -> StateAnswer:
     "/goals", status_code=201, response_model=GoalAnswer, responses=KNOWN | BODY | problems(403, 404, 429, 503)
 )
 async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> GoalView:
-    """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS."""
+    """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS.
+
+    With a floor, the robot takes lifts, doors and ramps of its building on the way.
+    """
     robot.access.check_goal(MOVE_BASE)
+    if request.floor is not None:
+        pose = Pose2D(*triple(request.pose))
+        return await _journeys(services).send_to_floor(robot.user, robot.id, request.floor, pose)
     return await services.cloud.robots.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
 
 
@@ -86,13 +104,25 @@ async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> 
 async def list_goals(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the goals that were sent by REST since the robot connected, by time; ended goals are kept for a while."""
     after = paging.key(float, 0.0)
-    goals = [goal for goal in await services.cloud.robots.goals(robot.user, robot.id) if goal.sent > after]
+    sent = [*await services.cloud.robots.goals(robot.user, robot.id), *await _on_floors(robot, services)]
+    goals = [goal for goal in sorted(sent, key=lambda goal: goal.sent) if goal.sent > after]
     return paging.page(goals, lambda goal: goal.sent)
+
+
+async def _on_floors(robot: ReachedRobot, services: Services) -> list[GoalView]:
+    """Return the goals on floors that a robot was sent to; none where no master leads them."""
+    return [] if services.journeys is None else await services.journeys.journeys(robot.user, robot.id)
 
 
 @router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(403, 404))
 async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalView:
     """Show a goal."""
+    if goal_id.startswith(JOURNEY):
+        found = (goal for goal in await _on_floors(robot, services) if goal.id == goal_id)
+        goal = next(found, None)
+        if goal is None:
+            raise NotFound("goal", goal_id)
+        return goal
     return await services.cloud.robots.goal(robot.user, robot.id, goal_id)
 
 
@@ -102,6 +132,8 @@ async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalV
 async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
     robot.access.check_goal(MOVE_BASE)
+    if goal_id.startswith(JOURNEY):
+        return await _journeys(services).cancel_journey(robot.user, robot.id, goal_id)
     return await services.cloud.robots.cancel_goal(robot.user, robot.id, goal_id)
 
 
@@ -109,4 +141,13 @@ async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> Goa
 async def cancel_goals(robot: Driven, services: Provided) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
     robot.access.check_goal(MOVE_BASE)
+    for goal in await _on_floors(robot, services):
+        if goal.ended is None:
+            await _journeys(services).cancel_journey(robot.user, robot.id, goal.id)
     await services.cloud.robots.cancel_goals(robot.user, robot.id)
+
+
+def _journeys(services: Services) -> JourneyCalls:
+    if services.journeys is None:
+        raise Unavailable("no master leads robots over floors for this endpoint")
+    return services.journeys

@@ -33,9 +33,9 @@ from ppaas.buildings.lifts.states import (
     Board,
     EndSession,
     LiftRequest,
+    LiftRide,
     Refuse,
     RemoveRide,
-    Ride,
     StoreRide,
     Wait,
 )
@@ -259,7 +259,7 @@ class Site:
     seed: int
     now: float = 0.0
     stored: Journey | None = None
-    rides: dict[str, Ride] = field(default_factory=dict)
+    rides: dict[str, LiftRide] = field(default_factory=dict)
     sent: dict[str, tuple[Place, float]] = field(default_factory=dict)
     done: set[str] = field(default_factory=set)
     floor: str = "L1"

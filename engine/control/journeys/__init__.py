@@ -1,0 +1,1 @@
+"""Journeys of robots over the floors of buildings, in the process of the master."""

@@ -1,0 +1,43 @@
+"""Calls of endpoints about journeys over floors, which the process of the master leads."""
+
+from typing import Protocol
+
+from engine.control.views import GoalView
+from ppaas.geometry import Pose2D
+
+JOURNEY = "journey-"
+"""Beginning of the ids of goals on floors."""
+
+
+class JourneyCalls(Protocol):
+    """Goals on floors of buildings."""
+
+    async def send_to_floor(self, user: str, robot: str, floor: str, pose: Pose2D) -> GoalView:
+        """Send a connected robot to a pose on a floor of the building whose floor its map is.
+
+        Raises
+        ------
+        InvalidInput
+            Its map is no floor of a building that its user may see, or the building has no such floor.
+        Conflict
+            It is on a journey, in a lift: cancel that first.
+        Unavailable
+            It is not connected.
+        """
+        ...
+
+    async def journeys(self, user: str, robot: str) -> list[GoalView]:
+        """Return the goals on floors that a robot was sent to, oldest first."""
+        ...
+
+    async def cancel_journey(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Cancel a goal on a floor; a robot in a lift leaves it first.
+
+        Raises
+        ------
+        NotFound
+            It is unknown or forgotten.
+        Conflict
+            It has ended.
+        """
+        ...

@@ -1,0 +1,304 @@
+"""Site: one building whose robots are on journeys. It obeys the orders of journeys, and tells them what happens."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner, RobotOrder
+from engine.control.journeys.kept import KeptJourneys
+from engine.control.views import GoalView
+from engine.devices.hosts import DeviceHosts
+from engine.processes.background import Background
+from ppaas.buildings.journeys.journey import JourneyMachine
+from ppaas.buildings.journeys.records import (
+    AskForDoor,
+    AskForLift,
+    CancelGoal,
+    CancelRide,
+    ChangeFloor,
+    DoorPassed,
+    Entered,
+    FindLegs,
+    Journey,
+    JourneyLeg,
+    JourneyOrder,
+    Keep,
+    Left,
+    SendGoal,
+)
+from ppaas.buildings.layout import BuildingLayout, Place
+from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
+from ppaas.clock import Clock, epoch
+from ppaas.errors import PPaaSError, Unavailable
+
+logger = logging.getLogger(__name__)
+
+TICK = 0.2
+"""Time between two looks at the robots [s]."""
+
+PAUSE = 0.5
+"""Time after which an order that could not be obeyed is tried again [s]."""
+
+
+class Rider(Protocol):
+    """Robot on a journey, as a site reaches it."""
+
+    @property
+    def is_here(self) -> bool:
+        """Whether the robot is connected, and has a container."""
+        ...
+
+    @property
+    def map(self) -> str:
+        """Map that its container is on; empty while it has none that is ready."""
+        ...
+
+    @property
+    def pose(self) -> Place | None:
+        """Its pose on that map; None if it is not known, or not any more."""
+        ...
+
+    def send(self, goal_id: str, pose: Place) -> None:
+        """Send a goal, unless one of that id was sent."""
+        ...
+
+    def cancel(self, goal_id: str) -> None:
+        """Cancel a goal."""
+        ...
+
+    async def change_map(self, map_id: str, pose: Place) -> None:
+        """Let its clone go on on another map."""
+        ...
+
+    def leave(self) -> None:
+        """Follow it no longer."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SiteHooks:
+    """What a site needs of the rest of the master.
+
+    Parameters
+    ----------
+    rider : callable
+        Returns the rider of a journey; it calls with each goal that has ended.
+    plan : callable
+        Plans the legs of a journey from a pose.
+    keep : callable
+        Stores journeys and rides of the building.
+    changed : callable
+        Called with each journey whose record has changed.
+    """
+
+    rider: Callable[[Journey, Callable[[GoalView], None]], Rider]
+    plan: Callable[[Journey, Place], Awaitable[list[JourneyLeg]]]
+    keep: Callable[[list[Journey], list[LiftRide]], Awaitable[None]]
+    changed: Callable[[Journey], None]
+
+
+@dataclass(slots=True)
+class _Traveller:
+    """A journey that is led: its machine, its robot, orders that wait, and the floor that its clone goes to."""
+
+    machine: JourneyMachine
+    rider: Rider
+    orders: asyncio.Queue[JourneyOrder] = field(default_factory=asyncio.Queue)
+    moving: str = ""
+
+
+def robot_name(journey: Journey) -> str:
+    """Return the name of the robot of a journey among all robots in a building, which several users may have."""
+    return f"{journey.user}/{journey.robot}"
+
+
+class Site:
+    """Leads the journeys in a building.
+
+    Parameters
+    ----------
+    name : str
+        Name of the building in sessions of lifts.
+    layout : BuildingLayout
+    hooks : SiteHooks
+    hosts : DeviceHosts
+        Hosts that devices may have.
+    kept : KeptJourneys
+        What is stored; stored journeys go on.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        layout: BuildingLayout,
+        hooks: SiteHooks,
+        hosts: DeviceHosts,
+        *,
+        kept: KeptJourneys,
+        clock: Clock = epoch,
+    ) -> None:
+        self._layout, self._hooks, self._clock = layout, hooks, clock
+        self._rides = {ride.robot: ride for ride in kept.rides}
+        self._travellers: dict[str, _Traveller] = {}
+        self._background = Background()
+        self._saving = asyncio.Lock()
+        runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected)
+        self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides)
+        for journey in kept.journeys:
+            self.begin(journey)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no robot is on a journey or in a lift."""
+        return not self._travellers and not self._rides
+
+    @property
+    def journeys(self) -> list[Journey]:
+        """Journeys that have not ended."""
+        return [each.machine.journey for each in self._travellers.values()]
+
+    async def run(self) -> None:
+        """Lead the building until cancelled."""
+        self._background.run(self.runner.run())
+        try:
+            while True:
+                self._look()
+                await asyncio.sleep(TICK)
+        finally:
+            await self._background.cancel()
+            for traveller in self._travellers.values():
+                traveller.rider.leave()
+
+    def begin(self, journey: Journey) -> None:
+        """Begin a journey, or go on with one."""
+        robot = robot_name(journey)
+        rider = self._hooks.rider(journey, lambda goal: self._goal_ended(robot, goal))
+        traveller = self._travellers[robot] = _Traveller(JourneyMachine(journey, self._layout), rider)
+        self._take(traveller, traveller.machine.resume())
+        self._background.run(self._obey(robot, traveller))
+
+    def cancel(self, journey: Journey) -> Journey:
+        """Cancel a journey; return its record."""
+        traveller = self._travellers.get(robot_name(journey))
+        if traveller is None or traveller.machine.journey.id != journey.id:
+            return journey
+        self._take(traveller, traveller.machine.cancel(self._clock()))
+        return traveller.machine.journey
+
+    # -- events --------------------------------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        """Tell journeys where their robots are, and which doors have closed."""
+        for traveller in tuple(self._travellers.values()):
+            machine, rider = traveller.machine, traveller.rider
+            pose, floor = rider.pose, self._layout.building.floor_of_map(rider.map)
+            if floor is None or pose is None:
+                continue
+            if traveller.moving not in ("", floor.name):
+                continue
+            traveller.moving = ""
+            self._take(traveller, machine.on_floor(floor.name))
+            machine.seen_at(floor.name, pose)
+            if machine.journey.phase == "inside" and self._is_shut(machine.journey.now.name):
+                self._take(traveller, machine.doors_closed())
+
+    def _is_shut(self, lift: str) -> bool:
+        car = self.runner.lifts.cars.get(lift)
+        return car is not None and car.state is not None and car.state.door == "closed"
+
+    def _goal_ended(self, robot: str, goal: GoalView) -> None:
+        traveller = self._travellers.get(robot)
+        if traveller is not None:
+            reached = goal.state == "succeeded"
+            self._take(traveller, traveller.machine.goal_ended(goal.id, reached, goal.text, self._clock()))
+
+    def _ordered(self, order: RobotOrder) -> None:
+        traveller = self._travellers.get(order.robot)
+        if traveller is not None:
+            self._take(traveller, traveller.machine.obey(order, self._clock()))
+
+    def _connected(self) -> list[str]:
+        return [robot for robot, traveller in self._travellers.items() if traveller.rider.is_here]
+
+    # -- orders --------------------------------------------------------------------------------------------------------
+
+    def _take(self, traveller: _Traveller, orders: list[JourneyOrder]) -> None:
+        for order in orders:
+            traveller.orders.put_nowait(order)
+            if isinstance(order, ChangeFloor):
+                traveller.moving = order.floor
+        self._hooks.changed(traveller.machine.journey)
+
+    async def _obey(self, robot: str, traveller: _Traveller) -> None:
+        """Obey the orders of a journey in turn, each until that is done, and end with the journey."""
+        while not (traveller.machine.is_over and traveller.orders.empty()):
+            order = await traveller.orders.get()
+            while True:
+                try:
+                    await self._obey_one(robot, traveller, order)
+                    break
+                except PPaaSError as error:
+                    logger.info("robot %s waits on its journey: %s", robot, error)
+                    await asyncio.sleep(PAUSE)
+        if self._travellers.get(robot) is traveller:
+            del self._travellers[robot]
+        traveller.rider.leave()
+        await self._save()
+
+    async def _obey_one(self, robot: str, traveller: _Traveller, order: JourneyOrder) -> None:
+        match order:
+            case Keep():
+                await self._save()
+            case SendGoal(goal_id, pose):
+                if goal_id == traveller.machine.journey.goal_id:  # else another event has overtaken it
+                    traveller.rider.send(goal_id, pose)
+            case CancelGoal(goal_id):
+                traveller.rider.cancel(goal_id)
+            case FindLegs(number):
+                await self._plan(traveller, number)
+            case ChangeFloor(floor, pose):
+                await traveller.rider.change_map(self._layout.building.floor(floor).map, pose)
+            case _:
+                self._ask(robot, order)
+
+    def _ask(self, robot: str, order: JourneyOrder) -> None:
+        """Pass what a journey asks of lifts and doors to their controllers."""
+        match order:
+            case AskForLift(lift, origin, destination):
+                self.runner.request(robot, lift, origin, destination)
+            case Entered():
+                self.runner.entered(robot)
+            case Left():
+                self.runner.left(robot)
+            case CancelRide():
+                self.runner.cancel(robot)
+            case AskForDoor(floor, door):
+                self.runner.approach(robot, floor, door)
+            case DoorPassed(floor, door):
+                self.runner.passed(robot, floor, door)
+
+    async def _plan(self, traveller: _Traveller, number: int) -> None:
+        machine = traveller.machine
+        pose = traveller.rider.pose
+        if pose is None or traveller.moving:
+            raise Unavailable("it is not localized yet")
+        try:
+            legs = await self._hooks.plan(machine.journey, pose)
+        except PPaaSError as error:
+            self._take(traveller, machine.no_plan(number, str(error), self._clock()))
+        else:
+            self._take(traveller, machine.planned(number, legs, self._clock()))
+
+    async def _store_ride(self, order: StoreRide | RemoveRide) -> None:
+        if isinstance(order, StoreRide):
+            self._rides[order.ride.robot] = order.ride
+        else:
+            self._rides.pop(order.robot, None)
+        await self._save()
+
+    async def _save(self) -> None:
+        async with self._saving:
+            active = [journey for journey in self.journeys if journey.state == "active"]
+            await self._hooks.keep(active, list(self._rides.values()))
