@@ -8,7 +8,7 @@ from ppaas.docking.approach import BodyOutline, DockControl
 from ppaas.docking.dock import DockStance
 from ppaas.parameters import Parameters, check_numbers
 
-MOST_RETRIES = 20
+MOST_RETRIES = 1000
 
 
 class DockType(Parameters, frozen=True):

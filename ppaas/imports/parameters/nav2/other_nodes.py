@@ -1,12 +1,15 @@
-"""Parameters of Nav2's nodes that a clone has none of: maps, docks, routes, zones around the robot, life cycles."""
+"""Parameters of docks, and of Nav2's nodes that a clone has none of: maps, routes, zones around the robot …"""
 
-from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable
+from ppaas.imports.parameters.nav2.tables import NodeTable, PluginGroup, PluginTable, rules_of
 from ppaas.imports.parameters.rules import without_effect
+from ppaas.imports.parameters.values import above_zero, number, whole
 
 MONITOR = "keep the collision monitor on the robot, between the commands of the cloud and the base"
 PUBLISH = "publish the map: ppaas map publish FILE.yaml"
 MASK = "publish the mask as a map, and name it in keepout_filter.filter_mask or speed_filter.filter_mask"
-DOCKS = "the robot docks by itself, when its goal before the dock is reached"
+DOCKS = "docks are zones of the map, of the kind 'dock'"
+DOCK_TYPES = "write the detector of the dock into dock_types of docking_server"
+DOCK_CONTROL = "the approach has its own controller"
 ROUTES = "the clone plans on the map; lanes are part of the map: ppaas map lanes"
 FOLLOWS = "follow_person follows people that the robot sees"
 SMOOTHS = "a planner smooths its paths: smooth of a grid planner, smooth_path of lattice"
@@ -47,7 +50,7 @@ _DOCK_PLUGINS = tuple(
     PluginTable(
         plugin,
         without_effect(
-            DOCKS,
+            DOCK_TYPES,
             "staging_x_offset staging_yaw_offset use_battery_status use_external_detection_pose "
             "external_detection_timeout external_detection_translation_x external_detection_translation_y "
             "external_detection_rotation_yaw external_detection_rotation_pitch external_detection_rotation_roll "
@@ -58,6 +61,11 @@ _DOCK_PLUGINS = tuple(
     )
     for plugin in ("opennav_docking::SimpleChargingDock", "opennav_docking::SimpleNonChargingDock")
 )
+
+_DOCKING = {
+    "controller_frequency": above_zero, "initial_perception_timeout": above_zero, "wait_charge_timeout": above_zero,
+    "dock_approach_timeout": above_zero, "max_retries": whole, "dock_prestaging_tolerance": number,
+}  # fmt: skip
 
 _DOCK_CONTROL = [
     "k_phi",
@@ -149,12 +157,21 @@ OTHER_NODES = (
     ),
     NodeTable(
         "docking_server",
-        without_effect(
-            DOCKS,
-            "controller_frequency initial_perception_timeout wait_charge_timeout dock_approach_timeout "
-            "rotate_to_dock_timeout undock_linear_tolerance undock_angular_tolerance rotation_angular_tolerance "
-            "max_retries base_frame fixed_frame dock_backwards dock_prestaging_tolerance odom_topic odom_duration "
-            "dock_database navigator_bt_xml " + " ".join(f"controller.{name}" for name in _DOCK_CONTROL),
+        rules_of(
+            "docking_server",
+            " ".join(_DOCKING),
+            {},
+            {
+                DOCK_CONTROL: (
+                    "rotate_to_dock_timeout undock_linear_tolerance undock_angular_tolerance "
+                    "rotation_angular_tolerance " + " ".join(f"controller.{name}" for name in _DOCK_CONTROL)
+                ),
+                "the robot names its frames and topics": "base_frame fixed_frame odom_topic odom_duration",
+                DOCK_TYPES: "dock_backwards",
+                DOCKS: "dock_database",
+                CYCLE: "navigator_bt_xml",
+            },
+            _DOCKING,
         ),
         (
             PluginGroup(("dock_plugins",), _DOCK_PLUGINS),

@@ -287,6 +287,30 @@ def test_other_nodes_are_reported(node: str, outcome: ImportOutcome, words: str)
     assert (found.outcome, words in found.text) == (outcome, True)
 
 
+def test_docks_give_their_times_and_docks_themselves_are_zones() -> None:
+    draft, report = imported(
+        """
+docking_server:
+  ros__parameters:
+    controller_frequency: 40.0
+    wait_charge_timeout: 8.0
+    dock_approach_timeout: 0.0
+    max_retries: 5
+    dock_plugins: [home]
+    home: {plugin: "opennav_docking::SimpleChargingDock", docking_threshold: 0.05}
+    docks: [first]
+    first: {type: home, frame: map, pose: [1.0, 2.0, 0.0]}
+"""
+    )
+    assert draft["parameters"]["docking_server"] == {
+        "controller_frequency": 40.0, "wait_charge_timeout": 8.0, "max_retries": 5,
+    }  # fmt: skip
+    assert entry(report, "docking_server.dock_approach_timeout").outcome is ImportOutcome.REFUSED
+    assert "dock_types" in entry(report, "docking_server.home.docking_threshold").text
+    assert "zones of the map" in entry(report, "docking_server.first.pose").text
+    assert refusal(draft) is None
+
+
 def test_the_start_is_taken_if_it_is_set() -> None:
     pose = "initial_pose: {x: 1.0, y: 2.0, z: 0.0, yaw: 0.5}"
     draft, _ = imported(f"amcl:\n  ros__parameters:\n    set_initial_pose: true\n    {pose}\n")
