@@ -2,6 +2,8 @@
 
 import { containersOf, mapsOf, withShared } from "./shared_robots.js";
 
+const PERIOD = 10_000; // ms between two looks at buildings
+
 export class CloudState {
   /** @type {object | null} */ health = null;
   /** @type {{id: string, role: string} | null} the user */ me = null;
@@ -15,6 +17,7 @@ export class CloudState {
   /** @type {object[] | null} null where the user may not see them */ endpoints = null;
   /** Id of the shown map. @type {string | null} */ map = null;
   /** Time of the last lists. */ at = new Date();
+  /** When buildings were read [ms]. */ #looked = -Infinity;
   /** Clock of the cloud ahead of the page's [s]. */ #ahead = 0;
 
   get isAdmin() {
@@ -36,12 +39,20 @@ export class CloudState {
   async read(rest) {
     if (!this.me) await this.#introduce(rest);
     const ofCloud = ["v1/machines", "v1/endpoints"].map((path) => (this.isAdmin ? rest.list(path) : null));
-    const asked = ["v1/maps", "v1/buildings", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => rest.list(path));
-    const [machines, endpoints, listed, buildings, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
+    const asked = ["v1/maps", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => rest.list(path));
+    const [machines, endpoints, listed, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
     const robots = withShared(mine, shared, this.me.id);
     const maps = await mapsOf(rest, listed, robots);
-    Object.assign(this, { machines, endpoints, maps, buildings, robots, containers, own: containersOf(containers, robots, this.me.id) });
+    Object.assign(this, { machines, endpoints, maps, robots, containers, own: containersOf(containers, robots, this.me.id) });
+    await this.#readBuildings(rest);
     this.at = new Date();
+  }
+
+  /** Buildings change rarely. */
+  async #readBuildings(rest) {
+    if (performance.now() - this.#looked < PERIOD) return;
+    this.buildings = await rest.list("v1/buildings");
+    this.#looked = performance.now();
   }
 
   async #introduce(rest) {

@@ -38,6 +38,7 @@ test("who is no administrator does not ask for machines, and the user is asked f
   assert.equal(state.machines, null);
   assert.equal(asked.filter((path) => path === "v1/users/me").length, 1);
   assert.ok(!asked.includes("v1/machines"));
+  assert.equal(asked.filter((path) => path === "v1/buildings").length, 1, "buildings change rarely");
 });
 
 test("times are by the clock of the cloud", async () => {
