@@ -38,6 +38,7 @@ SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
         "tests/e2e/test_dashboard_maps.py",
         "tests/e2e/test_dashboard_pages.py",
         "tests/e2e/test_dashboard_axe.py",
+        "tests/e2e/test_dashboard_buildings.py",
         "tests/e2e/test_dashboard_fleet.py",
         "tests/e2e/test_dashboard_layout.py",
         "tests/e2e/test_dashboard_traffic.py",

@@ -16,6 +16,7 @@ from endpoints.resources import heavy_work, plan_writer
 from endpoints.resources.joint_maps import MOST_ROBOTS
 from endpoints.resources.services import RequestLimits
 from endpoints.rest import paging, schemas, strict_json
+from endpoints.rest.buildings.buildings import MOST_BUILDINGS
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
@@ -25,6 +26,7 @@ from engine.links import carried_session
 from engine.protocols import handshakes, sockets
 from engine.recorder import robot_recorder
 from engine.remote import join_secrets, joining, machines
+from ppaas.buildings import building
 from ppaas.fleet.lane_placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps import yaml_keys
@@ -47,6 +49,7 @@ from ppaas.zones import zone
 from robots.bridges.ros1 import connections, http, move_base
 from robots.bridges.ros1 import node as ros1_node
 from robots.bridges.zenoh import node
+from storage.buildings import records
 from tests.support.documents import table, text_of
 
 LIMITS = "docs/limits.md"
@@ -106,6 +109,11 @@ ROWS = {
         zone.MOST_HOURS,
         zone.MOST_MARKS,
     ],
+    ("[building](buildings.md)", "floors, lifts, doors, ways"): [
+        f"{building.MOST_FLOORS}, {building.MOST_LIFTS}, {building.MOST_DOORS}, {building.MOST_WAYS}"
+    ],
+    ("building", "former versions that are kept"): [records.MOST_FORMER, size(records.FORMER_BYTES)],
+    ("buildings", "number of a user"): [MOST_BUILDINGS],
     ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
     ("image of a map", "pixels of PGM and PPM"): [
         MAX_CELLS,

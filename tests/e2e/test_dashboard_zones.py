@@ -174,13 +174,35 @@ async def test_a_lane_is_drawn_and_leads_one_way_if_wanted(shown: Shown) -> None
     assert len(lane.geometry.coordinates) == 3
 
 
+async def test_places_of_a_building_are_drawn_and_keep_their_properties(shown: Shown) -> None:
+    await shown.add("Door")
+    await shown.click((4, 10), (6, 10))  # the second end ends it
+    await shown.group.get_by_label("Lift behind it").fill("north")
+    await shown.add("Lift")
+    await shown.click((4, 11), (6, 11), (6, 13))
+    await shown.page.keyboard.press("Enter")
+    await shown.group.get_by_label("Id of the lift").fill("north")
+    await shown.add("Dock")
+    await shown.click((12, 12))
+    form = shown.group.get_by_role("form", name="Zone Dock 1")
+    await form.get_by_label("Heading").fill("90")
+    await form.get_by_role("switch", name="Robots charge here").uncheck()
+    await expect(form.get_by_role("button", name="Add hours")).to_have_count(0)
+    await shown.save()
+    door, lift, dock = rules_of(shown.given.zones)[2:]
+    assert door == {"name": "Door 1", "kind": "door", "lift": "north"}
+    assert lift == {"name": "Lift 1", "kind": "lift", "lift": "north"}
+    assert dock == {"name": "Dock 1", "kind": "dock", "yaw": pytest.approx(1.5708, abs=1e-3), "charges": False}
+    assert len(shown.given.zones.zones[2].geometry.coordinates) == 2
+
+
 async def test_a_line_stays_as_it_is_when_its_kind_changes(shown: Shown) -> None:
     line = {"type": "LineString", "coordinates": [[4.0, 10.0], [12.0, 10.0]]}
     lane = {"type": "Feature", "geometry": line, "properties": {"name": "way", "kind": "lane", "one_way": True}}
     shown.given.replace(zones_of(json.dumps({"type": "FeatureCollection", "features": [lane]})))
     entry, kind = shown.page.get_by_role("button", name="way"), shown.group.get_by_label("Kind")
     await entry.click(timeout=20_000)  # it looks again after ten seconds
-    assert await kind.locator("option").all_text_contents() == ["Lane", "One way"]
+    assert await kind.locator("option").all_text_contents() == ["Lane", "One way", "Door"]
     for label, rule in (("One way", {"kind": "one_way", "width": 1.0}), ("Lane", {"kind": "lane"})):
         await kind.select_option(label=label)
         await shown.save()

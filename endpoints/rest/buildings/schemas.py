@@ -42,6 +42,8 @@ class BuildingSummary(BuildingVersionAnswer):
     owner: str
     readers: list[str] = Field(description="Other users who may read it; `*` is everybody")
     floors: list[str] = Field(description="Names of its floors")
+    maps: list[str] = Field(description="Ids of the maps of its floors, in the same order")
+    elevations: list[float] = Field(description="Heights of its floors, in the same order [m]")
 
     @classmethod
     def summary(cls, record: BuildingRecord, version: BuildingVersion | None = None, **more: Any) -> Self:
@@ -54,6 +56,8 @@ class BuildingSummary(BuildingVersionAnswer):
             owner=record.user,
             readers=list(record.readers),
             floors=[floor.name for floor in shown.building.floors],
+            maps=[floor.map for floor in shown.building.floors],
+            elevations=[floor.elevation for floor in shown.building.floors],
             **more,
         )
 

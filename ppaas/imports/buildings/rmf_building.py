@@ -4,7 +4,6 @@ The map of a floor is in metres of its drawing, x to the right and y up from the
 that corner is in the frame of the reference floor, by fiducials of the same names.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -15,13 +14,14 @@ import msgspec
 from ppaas.buildings.building import Anchor, Building, Floor, LiftSettings
 from ppaas.buildings.checks import warnings_of
 from ppaas.buildings.layout import layout_of
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.imports.buildings.floor_grid import FloorShape, grid_of_walls, with_marks
 from ppaas.imports.collection import uncollected
 from ppaas.imports.graphs.connectivity import report_connections, report_crossings
 from ppaas.imports.graphs.fitting import fitted, report_room
 from ppaas.imports.graphs.model.cleaning import is_place, on_map, without_far_places
 from ppaas.imports.graphs.model.route_graph import MAX_FILE, NO_OPTIONS, GraphOptions, Place, RouteGraph, moved
+from ppaas.imports.graphs.model.unique_names import unique_name
 from ppaas.imports.graphs.rmf.building import WITHOUT_EFFECT, floor_graph_of, rmf_building_of
 from ppaas.imports.graphs.rmf.fields import items, load_yaml, number
 from ppaas.imports.graphs.rmf.levels import IMAGE, RmfBuilding, Similarity, places_of, raw_place, similarity_of
@@ -32,9 +32,6 @@ from ppaas.imports.maps.drawings.plan_import import import_plan
 from ppaas.imports.maps.drawings.plan_picture import RESOLUTION, PlanOptions, ScaleBar
 from ppaas.imports.report import ImportReport
 from ppaas.maps.grid import GridMap
-
-LONGEST_ID = 64
-"""Length of the id of a map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +126,8 @@ def import_building(
     for level in building.levels:
         found = _floor(source, level, report)
         if found is not None:
-            maps[level] = found
             floors.append(_record(source, level, building_id, floors))
+            maps[floors[-1].name] = found
     for part, reason in WITHOUT_EFFECT.items():
         if building.tree.get(part):
             report.without_effect(part, reason)
@@ -146,15 +143,11 @@ def import_building(
 
 
 def _record(source: _Source, level: str, building_id: str, others: list[Floor]) -> Floor:
-    """Return the record of a floor, whose map has an id that no other has."""
-    taken = {floor.map for floor in others}
-    wanted = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{building_id}-{level}")[: LONGEST_ID - 3]
-    found, count = wanted, 1
-    while found in taken:
-        count += 1
-        found = f"{wanted}-{count}"
+    """Return the record of a floor, with a name and a map that no other has."""
+    name = unique_name(level, {floor.name for floor in others})
+    found = unique_name(f"{building_id}-{level}", {floor.map for floor in others}, r"[^A-Za-z0-9_.-]+")
     elevation = number(source.building.levels[level].get("elevation"))
-    return Floor(name=level, map=found, elevation=elevation or 0.0, anchor=_anchor(source.similarity(level)))
+    return Floor(name=name, map=found, elevation=elevation or 0.0, anchor=_anchor(source.similarity(level)))
 
 
 def _anchor(similarity: Similarity) -> Anchor:
@@ -195,19 +188,28 @@ def _on_floor(graph: RouteGraph, similarity: Similarity) -> RouteGraph:
 
 
 def _grid(source: _Source, level: str, graph: RouteGraph, report: ImportReport) -> GridMap | None:
-    drawing, similarity = _drawing(source.building.levels[level]), source.similarity(level)
+    drawing = _drawing(source.building.levels[level])
+    part = f"levels.{level}.drawing"
     if source.is_drawn and level in source.drawings:
-        pixel = ScaleBar((0.0, 0.0), (1.0, 0.0), similarity.scale)
-        plan = PlanOptions(scale=pixel, resolution=source.resolution)
-        imported, found, _ = import_plan(source.drawings[level], PurePath(drawing).name, plan)
-        report.entries += found.entries
-        grid = imported.grid
-        origin = grid.info.origin._replace(y=grid.info.origin.y - grid.info.height * grid.info.resolution)
-        return GridMap(grid.data, replace(grid.info, origin=origin))
-    if drawing:
-        report.without_effect(f"levels.{level}.drawing", f"there is no file {drawing!r}: the grid is made of walls")
+        try:
+            return _drawn(source, level, PurePath(drawing).name, report)
+        except (InvalidInput, InvalidMap) as error:
+            report.refused(part, f"{error}; the grid is made of walls")
+    elif drawing:
+        report.without_effect(part, f"there is no file {drawing!r}: the grid is made of walls")
     shape = _shape(source, level, graph, report)
     return grid_of_walls(shape, source.resolution, report) if len(shape.corners()) else None
+
+
+def _drawn(source: _Source, level: str, name: str, report: ImportReport) -> GridMap:
+    """Return the grid of a drawing, whose upper left corner is the origin of the map."""
+    pixel = ScaleBar((0.0, 0.0), (1.0, 0.0), source.similarity(level).scale)
+    plan = PlanOptions(scale=pixel, resolution=source.resolution)
+    imported, found, _ = import_plan(source.drawings[level], name, plan)
+    report.entries += found.entries
+    info = imported.grid.info
+    origin = info.origin._replace(y=info.origin.y - info.height * info.resolution)
+    return GridMap(imported.grid.data, replace(info, origin=origin))
 
 
 def _drawing(level: Mapping[str, Any]) -> str:

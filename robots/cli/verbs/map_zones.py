@@ -201,7 +201,14 @@ def _detail(rule: Zone) -> str | None:
         case {"kind": "lane", "one_way": True}:
             return "one way"
         case _:
-            return ", ".join(rule.get("uses", ())) or None
+            return ", ".join(_words(rule)) or None
+
+
+def _words(rule: Zone) -> list[str]:
+    """Return what a place is for, and what it belongs to."""
+    lift, charger = rule.get("lift"), "no charger" if rule.get("charges") is False else ""
+    words = (f"of lift {lift}" if lift else "", rule.get("way", ""), rule.get("dock_type", ""), charger)
+    return [*filter(None, words), *rule.get("uses", ())]
 
 
 def _hours(hours: dict[str, Any]) -> str:

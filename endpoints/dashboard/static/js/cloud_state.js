@@ -2,11 +2,14 @@
 
 import { containersOf, mapsOf, withShared } from "./shared_robots.js";
 
+const PERIOD = 10_000; // ms between two looks at buildings
+
 export class CloudState {
   /** @type {object | null} */ health = null;
   /** @type {{id: string, role: string} | null} the user */ me = null;
   /** Radii of models [m]. @type {Map<string, number>} */ radii = new Map();
   /** @type {object[]} */ maps = [];
+  /** @type {object[]} buildings that the user may read */ buildings = [];
   /** @type {object[]} the user's robots, and those that are shared with the user */ robots = [];
   /** @type {object[]} all that the user may see */ containers = [];
   /** @type {object[]} containers of these robots */ own = [];
@@ -14,6 +17,7 @@ export class CloudState {
   /** @type {object[] | null} null where the user may not see them */ endpoints = null;
   /** Id of the shown map. @type {string | null} */ map = null;
   /** Time of the last lists. */ at = new Date();
+  /** When buildings were read [ms]. */ #looked = -Infinity;
   /** Clock of the cloud ahead of the page's [s]. */ #ahead = 0;
 
   get isAdmin() {
@@ -40,7 +44,15 @@ export class CloudState {
     const robots = withShared(mine, shared, this.me.id);
     const maps = await mapsOf(rest, listed, robots);
     Object.assign(this, { machines, endpoints, maps, robots, containers, own: containersOf(containers, robots, this.me.id) });
+    await this.#readBuildings(rest);
     this.at = new Date();
+  }
+
+  /** Buildings change rarely. */
+  async #readBuildings(rest) {
+    if (performance.now() - this.#looked < PERIOD) return;
+    this.buildings = await rest.list("v1/buildings");
+    this.#looked = performance.now();
   }
 
   async #introduce(rest) {

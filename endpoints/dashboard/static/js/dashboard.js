@@ -4,6 +4,7 @@ import { CloudState } from "./cloud_state.js";
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { FleetTable } from "./fleet_table.js";
+import { FloorSwitch } from "./floor_switch.js";
 import { isNew, mapMadeBy } from "./growing_map.js";
 import { Journal } from "./journal.js";
 import { LayerPanel } from "./layer_panel.js";
@@ -46,6 +47,7 @@ export class Dashboard {
   #list;
   #card;
   #maps;
+  #floors;
   #changes;
   #people;
   #traffic;
@@ -84,6 +86,7 @@ export class Dashboard {
     };
     this.#card = new RobotCard(this.#orders, createCardParts(context));
     this.#maps = new MapChoice(() => this.#otherMap());
+    this.#floors = new FloorSwitch((id) => this.#maps.choose(id));
     this.#pages = new Pages(context);
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#well(), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
@@ -104,6 +107,7 @@ export class Dashboard {
     say(byId("user"), me.id);
     this.#table.take(robots);
     this.#maps.update(maps, robots, own);
+    this.#floors.update(this.#cloud.buildings, this.#maps.current, maps);
     this.#cloud.map = this.#maps.current;
     await this.#showMap();
     await this.#changes.poll(this.#mapPath, maps, this.#maps.current);

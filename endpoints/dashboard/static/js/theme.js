@@ -4,7 +4,7 @@
 
 /** Number of colours of robots. */
 export const ROBOTS = 8;
-const ZONES = ["keep_out", "speed_limit", "one_way", "no_stop", "capacity", "lane", "station"];
+const ZONES = ["keep_out", "speed_limit", "one_way", "no_stop", "capacity", "lane", "station", "door", "lift", "passage", "dock"];
 
 /** @param {string} text as "#rrggbb" @returns {import("./grid.js").Colour} */
 export function colourOf(text) {

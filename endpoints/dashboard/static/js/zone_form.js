@@ -7,7 +7,9 @@ import { DAYS, KINDS, USUAL, kindsOf } from "./zones_state.js";
 const OFFSET = /(Z|[+-]\d\d:\d\d)$/;
 const DEGREE = Math.PI / 180;
 const LONGEST = 64;
-const TIMELESS = ["lane", "station"];
+const TIMELESS = ["lane", "station", "door", "lift", "passage", "dock"];
+const HEADED = ["passage", "dock"];
+const PLACES = ["door", "lift", ...HEADED];
 
 /** The properties of a zone from what its form says; of a zone that has just become one of another kind, usual ones. @param {Record<string, any>} said */
 export function ruleOf({ name, kind, isLine, times, ...values }) {
@@ -15,14 +17,24 @@ export function ruleOf({ name, kind, isLine, times, ...values }) {
   if (kind === "speed_limit") rule[values.unit ?? "max_speed"] = values.speed ?? USUAL.speed;
   if (kind === "capacity") rule.robots = values.robots ?? USUAL.robots;
   if (kind === "one_way" && isLine) rule.width = values.width ?? USUAL.width;
-  else if (kind === "one_way") rule.direction = Math.round((values.heading ?? 0) * DEGREE * 1e6) / 1e6;
+  else if (kind === "one_way") rule.direction = turnOf(values.heading ?? 0);
   if (kind === "one_way" && values.strict) rule.strict = true;
   if (kind === "lane" && values.one_way) rule.one_way = true;
   if (kind === "station" && Number.isFinite(values.yaw)) rule.yaw = values.yaw;
   if (kind === "station" && values.uses?.length) rule.uses = values.uses;
+  if (["door", "lift"].includes(kind) && values.lift) rule.lift = values.lift;
+  if (kind === "passage") rule.way = values.way || USUAL.way;
+  if (HEADED.includes(kind)) rule.yaw = Number.isFinite(values.heading) ? turnOf(values.heading) : (values.yaw ?? 0);
+  if (kind === "dock" && values.dock_type) rule.dock_type = values.dock_type;
+  if (kind === "dock" && values.charges === false) rule.charges = false;
   if (!TIMELESS.includes(kind) && times.length) rule.times = times;
   if (rule.times && values.time_zone) rule.time_zone = values.time_zone;
   return rule;
+}
+
+/** @param {number} heading [°] @returns {number} [rad] */
+function turnOf(heading) {
+  return Math.round(heading * DEGREE * 1e6) / 1e6;
 }
 
 /** Hours from what their fields say. The end of a day is 24:00 in the cloud, and 00:00 in a browser. */
@@ -78,7 +90,18 @@ export class ZoneForm {
     return make("label", {}, "Kind", select);
   }
 
-  #valueFields({ properties: { kind, max_speed: speed, percent, robots, width, direction, strict, one_way: oneWay }, geometry }) {
+  /** What a place of a building says: of which lift or way it is, and the heading of a robot there. */
+  #placeFields({ kind, lift, way, yaw, dock_type: type, charges }) {
+    const text = (name, title, value, required) => this.#field(name, title, { value: value ?? "", maxLength: LONGEST, required, autocomplete: "off", spellcheck: false });
+    const heading = () => this.#number("heading", "Heading [°]", Math.round(((yaw ?? 0) / DEGREE) * 100) / 100);
+    if (kind === "door") return [text("lift", "Lift behind it, if it is a landing door", lift, false)];
+    if (kind === "lift") return [text("lift", "Id of the lift, if it is not the name", lift, false)];
+    if (kind === "passage") return [text("way", "Way, whose other end has the same", way, true), heading()];
+    return [heading(), text("dock_type", "How robots find it, if not as usual", type, false), this.#switch("charges", "Robots charge here", charges !== false)];
+  }
+
+  #valueFields({ properties, geometry }) {
+    const { kind, max_speed: speed, percent, robots, width, direction, strict, one_way: oneWay } = properties;
     if (kind === "speed_limit") {
       const units = [["max_speed", "m/s"], ["percent", "% of the robot's"]].map(([value, textContent]) => make("option", { value, textContent }));
       const unit = make("select", { name: "unit" }, ...units);
@@ -88,6 +111,7 @@ export class ZoneForm {
     }
     if (kind === "capacity") return [this.#number("robots", "Most robots at a time", robots, { min: 1, max: 1000, step: 1, inputMode: "numeric" })];
     if (kind === "lane") return [this.#switch("one_way", "One way", oneWay)];
+    if (PLACES.includes(kind)) return this.#placeFields(properties);
     if (kind !== "one_way") return [];
     const way = linesOf(geometry).length ? this.#number("width", "Width [m]", width, { min: 0.01, max: 100 }) : this.#number("heading", "Direction [°]", Math.round(((direction ?? 0) / DEGREE) * 100) / 100);
     return [way, this.#switch("strict", "Crossing is forbidden too", strict)];
@@ -141,7 +165,7 @@ export class ZoneForm {
     const values = Object.entries(this.#fields).map(([name, field]) => [name, { checkbox: field.checked, number: field.valueAsNumber }[field.type] ?? field.value]);
     const times = this.#hours.map(({ boxes, from, to, since, until }) =>
       hoursOf({ days: boxes.filter(({ checked }) => checked).map(({ value }) => value), from: from.value, to: to.value, since: since.value, until: until.value }));
-    const { time_zone, yaw, uses } = this.#zone.properties;
-    return { ...Object.fromEntries(values), time_zone, yaw, uses, isLine: linesOf(this.#zone.geometry).length > 0, times };
+    const { time_zone, yaw, uses, lift, way, dock_type, charges } = this.#zone.properties;
+    return { lift, way, dock_type, charges, ...Object.fromEntries(values), time_zone, yaw, uses, isLine: linesOf(this.#zone.geometry).length > 0, times };
   }
 }

@@ -99,20 +99,23 @@ export class Drawing {
   /** @type {number[][]} */ corners = [];
   /** Where the pointer is. @type {{x: number, y: number} | null} */ hover = null;
   #clicked = -Infinity;
+  #most;
 
-  /** @param {string} kind of the zone @param {boolean} isLine whether it is drawn as a line */
-  constructor(kind, isLine) {
+  /** @param {string} kind of the zone @param {boolean} isLine whether it is drawn as a line @param {boolean} isPoint whether it is a place */
+  constructor(kind, isLine, isPoint = false) {
     this.kind = kind;
     this.isLine = isLine;
+    this.isPoint = isPoint;
+    this.#most = isPoint ? 1 : kind === "door" ? 2 : Infinity;
   }
 
   /** Number of corners that are missing. */
   get missing() {
-    return Math.max(0, (this.isLine ? 2 : 3) - this.corners.length);
+    return Math.max(0, (this.isPoint ? 1 : this.isLine ? 2 : 3) - this.corners.length);
   }
 
   /**
-   * Take a click on the map; return whether it ends the drawing, as a double-click does, and one on the first corner.
+   * Take a click on the map; return whether it ends the drawing, as a double-click does, one on the first corner, and the last of a door or a place.
    * @param {{x: number, y: number}} point @param {number} reach [m] within which two clicks are on one place @param {number} now [ms]
    */
   click({ x, y }, reach, now) {
@@ -122,7 +125,7 @@ export class Drawing {
     if (isDouble || (!this.isLine && near(this.corners[0]) && !this.missing)) return true;
     const corner = [x, y].map((value) => Math.round(value * FINENESS) / FINENESS);
     if (String(corner) !== String(this.corners.at(-1))) this.corners.push(corner);
-    return false;
+    return this.corners.length === this.#most;
   }
 
   /** Take the last corner back. */
@@ -132,6 +135,7 @@ export class Drawing {
 
   /** The geometry that was drawn; null while corners are missing. */
   get geometry() {
+    if (this.isPoint) return this.missing ? null : { type: "Point", coordinates: this.corners[0] };
     return this.missing ? null : geometryOf(this.corners, this.isLine);
   }
 }

@@ -35,7 +35,7 @@ export class Zones {
     this.#panel = new ZonesPanel({
       pick: (index) => this.#pick(index === this.state.picked ? null : index),
       colourOf: (kind) => this.layer.colourOf(kind),
-      draw: (kind, isLine) => this.#draw(new Drawing(kind, isLine)),
+      draw: (kind, isLine, isPoint) => this.#draw(new Drawing(kind, isLine, isPoint)),
       end: () => this.#end(),
       undo: () => this.#undo(),
       cancel: () => this.#draw(null),

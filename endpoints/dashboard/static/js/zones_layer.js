@@ -64,7 +64,7 @@ export class ZonesLayer {
       tint: picked ? TINT.picked : inForce ? TINT.in : TINT.out,
       stroke: inForce ? STROKE.in : STROKE.out,
       dash: inForce ? [] : DASH,
-      width: properties.kind === "lane" ? (picked ? LANE.picked : LANE.width) : picked ? 3 : 1.5,
+      width: ["lane", "door"].includes(properties.kind) ? (picked ? LANE.picked : LANE.width) : picked ? 3 : 1.5,
     };
     for (const line of linesOf(geometry)) drawLine(context, view, line, properties, look);
     for (const rings of polygonsOf(geometry)) drawPolygon(context, view, rings, properties, look);
@@ -165,7 +165,7 @@ function drawLine(context, view, line, { kind, width: wide = 0, one_way: oneWay 
   pen(context, colour, width, dash);
   context.stroke();
   context.setLineDash([]);
-  if (kind === "lane" && !oneWay) return;
+  if (kind === "door" || (kind === "lane" && !oneWay)) return;
   context.beginPath();
   along(context, points);
   pen(context, colour, 2, []);

@@ -9,10 +9,12 @@ const PRESENCES = { "in force": "online", "not in force": "offline", "not saved"
 /** What may be drawn: zones of all kinds, and both kinds of lines. */
 const { station: _station, ...DRAWN } = KINDS; // stations come with graphs and files
 const SHAPES = { ...DRAWN, one_way: "One way, an area", one_way_line: "One way, a line" };
-const KINDS_OF_LINES = { lane: "lane", one_way_line: "one_way" };
+const KINDS_OF_LINES = { lane: "lane", one_way_line: "one_way", door: "door" };
+const KINDS_OF_POINTS = ["passage", "dock"];
 
 /** What the user may do next, in words. @param {import("./zone_shapes.js").Drawing} drawing */
-export function guide({ missing, isLine }) {
+export function guide({ missing, isLine, isPoint }) {
+  if (isPoint) return "Click the place on the map, or press the space bar to put it in its middle. Escape cancels.";
   const left = missing ? `${missing} more ${missing === 1 ? "is" : "are"} needed. ` : "";
   return `Click the ${isLine ? "points of the line" : "corners"} on the map, or press the space bar to put one in its middle. ${left}` +
     "A double-click or Enter ends it, Backspace takes one back, Escape cancels.";
@@ -34,7 +36,7 @@ export class ZonesPanel {
   /** Forms by the keys of their items. @type {Map<string, {made: string, form: ZoneForm}>} */ #forms = new Map();
 
   /**
-   * @param {{pick: (index: number) => void, colourOf: (kind: string) => string, draw: (kind: string, isLine: boolean) => void,
+   * @param {{pick: (index: number) => void, colourOf: (kind: string) => string, draw: (kind: string, isLine: boolean, isPoint: boolean) => void,
    *          end: () => void, undo: () => void, cancel: () => void, replace: (index: number, zone: object) => void,
    *          remove: (index: number) => void, zone: (name: string) => void, save: () => Promise<void>, discard: () => void}} orders
    */
@@ -42,7 +44,7 @@ export class ZonesPanel {
     this.#orders = orders;
     const button = (textContent, onclick, className = "button") => make("button", { className, type: "button", textContent, onclick });
     const kind = make("select", { name: "new-zone" }, ...Object.entries(SHAPES).map(([value, textContent]) => make("option", { value, textContent })));
-    const add = () => orders.draw(KINDS_OF_LINES[kind.value] ?? kind.value, kind.value in KINDS_OF_LINES);
+    const add = () => orders.draw(KINDS_OF_LINES[kind.value] ?? kind.value, kind.value in KINDS_OF_LINES, KINDS_OF_POINTS.includes(kind.value));
     const timeZone = make("input", { name: "time-zone", autocomplete: "off", spellcheck: false, maxLength: 64, onchange: () => orders.zone(timeZone.value.trim() || "UTC") });
     this.#parts = {
       adding: make("div", { className: "zone-add" }, make("label", {}, "New zone", kind), button("Add zone", add)),

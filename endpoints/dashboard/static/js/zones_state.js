@@ -3,7 +3,8 @@
  *
  * @typedef {{days?: string[], from?: string, to?: string, since?: string, until?: string}} Hours
  * @typedef {{name: string, kind: string, times?: Hours[], max_speed?: number, percent?: number, direction?: number,
- *            width?: number, strict?: boolean, one_way?: boolean, robots?: number, time_zone?: string, yaw?: number, uses?: string[]}} Rule
+ *            width?: number, strict?: boolean, one_way?: boolean, robots?: number, time_zone?: string, yaw?: number, uses?: string[],
+ *            lift?: string, way?: string, dock_type?: string, charges?: boolean}} Rule
  * @typedef {{type: "Feature", geometry: {type: string, coordinates: any[]}, properties: Rule}} Zone
  * @typedef {{type: "FeatureCollection", features: Zone[], time_zone?: string, in_force?: string[]}} Zones
  * @typedef {{zone: string, text: string, place: [number, number] | null}} Fault
@@ -11,19 +12,21 @@
 
 import { linesOf, oriented, pointOf, polygonsOf, within } from "./zone_shapes.js";
 
-export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane", station: "Station" };
-const OF_LINES = ["lane", "one_way"];
-const NOT_OF_AREAS = ["lane", "station"];
+export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane", station: "Station",
+  door: "Door", lift: "Lift", passage: "Way", dock: "Dock" };
+const OF_POINTS = ["station", "passage", "dock"];
+const OF_LINES = ["lane", "one_way", "door"];
+const NOT_OF_AREAS = ["lane", "door", ...OF_POINTS];
 
 export const DAYS = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
 
-/** Values of new zones: speed [m/s], number of robots, width along a line [m]. */
-export const USUAL = { speed: 0.5, robots: 1, width: 1 };
-const NEW = { speed_limit: { max_speed: USUAL.speed }, capacity: { robots: USUAL.robots } };
+/** Values of new zones: speed [m/s], number of robots, width along a line [m], name of a way. */
+export const USUAL = { speed: 0.5, robots: 1, width: 1, way: "ramp" };
+const NEW = { speed_limit: { max_speed: USUAL.speed }, capacity: { robots: USUAL.robots }, passage: { way: USUAL.way, yaw: 0 }, dock: { yaw: 0 } };
 
 /** Kinds that a zone of a geometry may have. @param {Zone["geometry"]} geometry @returns {string[]} */
 export function kindsOf(geometry) {
-  if (pointOf(geometry)) return ["station"];
+  if (pointOf(geometry)) return OF_POINTS;
   return linesOf(geometry).length ? OF_LINES : Object.keys(KINDS).filter((kind) => !NOT_OF_AREAS.includes(kind));
 }
 
@@ -41,8 +44,9 @@ function numberOf({ kind, max_speed: speed, percent, robots, direction, width })
 }
 
 /** What a rule says beside its number. @param {Rule} rule */
-function wordsOf({ kind, strict, one_way: oneWay, uses }) {
-  return [strict && "strict", kind === "lane" && oneWay && "one way", ...(uses ?? [])].filter(Boolean);
+function wordsOf({ kind, strict, one_way: oneWay, uses, lift, way, dock_type: type, charges }) {
+  const places = [lift && `of lift ${lift}`, way, type, kind === "dock" && charges === false && "no charger"];
+  return [strict && "strict", kind === "lane" && oneWay && "one way", ...(uses ?? []), ...places].filter(Boolean);
 }
 
 /** When a zone is in force, in words; empty if always. @param {Hours[] | undefined} times */

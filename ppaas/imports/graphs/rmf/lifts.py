@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ppaas.imports.graphs.model.route_graph import GraphMark, GraphOptions, Place
+from ppaas.imports.graphs.model.unique_names import unique_name
 from ppaas.imports.graphs.rmf.fields import number
 from ppaas.imports.graphs.rmf.levels import RmfBuilding, places_of, raw_place
 from ppaas.imports.report import ImportReport
@@ -63,12 +64,13 @@ class RmfLift(NamedTuple):
 def lifts_of(building: RmfBuilding, report: ImportReport, options: GraphOptions) -> list[RmfLift]:
     """Return the lifts of a building; what is no lift is refused in the report."""
     lifts = building.tree.get("lifts")
-    found = []
+    found: dict[str, RmfLift] = {}
     for name, given in lifts.items() if isinstance(lifts, dict) else ():
         lift = _lift(str(name), given, building, report, options)
         if lift is not None:
-            found.append(lift)
-    return found
+            own = unique_name(lift.name, found)
+            found[own] = lift._replace(name=own)
+    return list(found.values())
 
 
 def _lift(name: str, given: Any, building: RmfBuilding, report: ImportReport, options: GraphOptions) -> RmfLift | None:
@@ -106,7 +108,7 @@ def _stops(
         if level not in building.levels:
             report.refused(f"{part}.level_doors.{level}", f"no such level: there are {', '.join(building.levels)}")
             continue
-        names = [str(door) for door in doors] if isinstance(doors, list) else []
+        names = [str(door) for door in doors] if isinstance(doors, list | dict) else []
         for door in names:
             if door not in places:
                 report.refused(f"{part}.level_doors.{level}", f"the lift has no door {door!r} with x, y and width")

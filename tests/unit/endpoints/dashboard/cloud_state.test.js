@@ -6,6 +6,7 @@ import { CloudState } from "../../../../endpoints/dashboard/static/js/cloud_stat
 const LISTS = {
   "v1/models": [{ name: "turtlebot2", robot_radius: 0.2 }],
   "v1/maps": [{ id: "office" }],
+  "v1/buildings": [{ id: "hq", floors: ["L1"], maps: ["office"] }],
   "v1/robots": [{ id: "tb1", user: "ann", map: "office" }],
   "v1/robots?shared=true": [{ id: "tb9", user: "bob", map: "office" }],
   "v1/containers": [{ id: "c1", user: "ann", robot: "tb1" }, { id: "c2", user: "eve", robot: "tb2" }],
@@ -24,6 +25,7 @@ test("lists are read, with shared robots by their owners and the user's own cont
   assert.deepEqual(state.robots.map(({ id }) => id), ["tb1", "bob:tb9"]);
   assert.deepEqual(state.own.map(({ id }) => id), ["c1"]);
   assert.equal(state.containers.length, 2);
+  assert.deepEqual(state.buildings.map(({ id }) => id), ["hq"]);
   assert.equal(state.radii.get("turtlebot2"), 0.2);
   assert.deepEqual([state.isAdmin, state.machines], [true, [{ id: "m1" }]]);
 });
@@ -36,6 +38,7 @@ test("who is no administrator does not ask for machines, and the user is asked f
   assert.equal(state.machines, null);
   assert.equal(asked.filter((path) => path === "v1/users/me").length, 1);
   assert.ok(!asked.includes("v1/machines"));
+  assert.equal(asked.filter((path) => path === "v1/buildings").length, 1, "buildings change rarely");
 });
 
 test("times are by the clock of the cloud", async () => {

@@ -65,3 +65,14 @@ test("a slow click at the same place is no corner of its own", () => {
   drawing.click({ x: 1, y: 3 }, 0, 9000);
   assert.deepEqual(drawing.geometry, { type: "LineString", coordinates: [[1, 1], [1, 3]] });
 });
+
+test("a door is drawn by two clicks, and a place by one", () => {
+  const door = new Drawing("door", true);
+  assert.equal(door.click({ x: 1, y: 1 }, 0.2, 0), false);
+  assert.equal(door.click({ x: 2, y: 1 }, 0.2, 5000), true);
+  assert.deepEqual(door.geometry, { type: "LineString", coordinates: [[1, 1], [2, 1]] });
+  const dock = new Drawing("dock", false, true);
+  assert.deepEqual([dock.missing, dock.geometry], [1, null]);
+  assert.equal(dock.click({ x: 1.004, y: 2 }, 0.2, 0), true);
+  assert.deepEqual(dock.geometry, { type: "Point", coordinates: [1, 2] });
+});

@@ -13,6 +13,21 @@ test("drawing is explained, with the corners that are missing", () => {
   assert.doesNotMatch(guide({ missing: 0, isLine: true }), /needed/);
 });
 
+test("a place is one click", () => {
+  assert.match(guide({ missing: 1, isLine: false, isPoint: true }), /^Click the place on the map/);
+});
+
+test("places of a building keep their properties in a form", () => {
+  const said = { name: "a", times: [{}], strict: true };
+  assert.deepEqual(ruleOf({ ...said, kind: "door", isLine: true, lift: "north" }), { name: "a", kind: "door", lift: "north" });
+  assert.deepEqual(ruleOf({ ...said, kind: "door", isLine: true, lift: "" }), { name: "a", kind: "door" });
+  assert.deepEqual(ruleOf({ ...said, kind: "lift", lift: "north" }), { name: "a", kind: "lift", lift: "north" });
+  assert.deepEqual(ruleOf({ ...said, kind: "passage", way: "ramp", heading: 90 }), { name: "a", kind: "passage", way: "ramp", yaw: 1.570796 });
+  const dock = { ...said, kind: "dock", heading: -90, dock_type: "v_shape" };
+  assert.deepEqual(ruleOf({ ...dock, charges: false }), { name: "a", kind: "dock", yaw: -1.570796, dock_type: "v_shape", charges: false });
+  assert.deepEqual(ruleOf({ ...said, kind: "dock", charges: true, yaw: 0.5 }), { name: "a", kind: "dock", yaw: 0.5 }, "of a station that became one");
+});
+
 test("problems are told as the cloud tells them, and changes by others", () => {
   assert.equal(noteOf({ problem: "", isOutdated: false, isChanged: false }), "");
   assert.equal(noteOf({ problem: "", isOutdated: false, isChanged: true }), "Not saved yet");

@@ -37,9 +37,25 @@ test("the value of a zone is told without its kind", () => {
   assert.equal(valueOf({ kind: "new_kind" }), "");
 });
 
-test("lines are lanes or lead one way, and areas are all but lanes", () => {
-  for (const type of ["LineString", "MultiLineString"]) assert.deepEqual(kindsOf({ type, coordinates: [[[0, 0], [1, 0]]] }), ["lane", "one_way"]);
-  assert.deepEqual(kindsOf({ type: "Polygon", coordinates: [SQUARE] }), ["keep_out", "speed_limit", "one_way", "no_stop", "capacity"]);
+test("lines are lanes, doors or lead one way, points are places, and areas all else", () => {
+  for (const type of ["LineString", "MultiLineString"]) assert.deepEqual(kindsOf({ type, coordinates: [[[0, 0], [1, 0]]] }), ["lane", "one_way", "door"]);
+  assert.deepEqual(kindsOf({ type: "Point", coordinates: [0, 0] }), ["station", "passage", "dock"]);
+  assert.deepEqual(kindsOf({ type: "Polygon", coordinates: [SQUARE] }), ["keep_out", "speed_limit", "one_way", "no_stop", "capacity", "lift"]);
+});
+
+test("places of a building are told with what they belong to", () => {
+  assert.equal(valueOf({ kind: "door", lift: "north" }), "of lift north");
+  assert.equal(valueOf({ kind: "passage", way: "ramp", yaw: 1 }), "ramp");
+  assert.equal(valueOf({ kind: "dock", yaw: 0, dock_type: "v_shape", charges: false }), "v_shape, no charger");
+  assert.equal(valueOf({ kind: "dock", yaw: 0 }), "");
+});
+
+test("new places of a building are ones that the cloud takes", () => {
+  const state = stateOf();
+  const properties = (kind) => state.proposal(kind, { type: "Point", coordinates: [0, 0] }).properties;
+  assert.deepEqual(properties("dock"), { name: "Dock 1", kind: "dock", yaw: 0 });
+  assert.deepEqual(properties("passage"), { name: "Way 1", kind: "passage", way: "ramp", yaw: 0 });
+  assert.deepEqual(properties("door"), { name: "Door 1", kind: "door" });
 });
 
 test("the cloud says which zones are in force", () => {

@@ -71,6 +71,7 @@ async def test_a_building_is_put_and_shown(client: httpx.AsyncClient, ann: dict[
         "readers": [],
     }  # fmt: skip
     assert made.json() == found | {"warnings": []}
+    assert (found["floors"], found["maps"], found["elevations"]) == (["L1", "L2"], ["m1", "m2"], [0.0, 4.0])
     [listed] = (await client.get("/v1/buildings", headers=ann)).json()["items"]
     assert listed == {name: value for name, value in found.items() if name != "building"}
     (event,) = services.audit.read(AuditQuery(action="put_building"))

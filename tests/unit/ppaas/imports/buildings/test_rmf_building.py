@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
+from ppaas.buildings.building import building_of, json_of
 from ppaas.buildings.checks import in_building
 from ppaas.buildings.layout import BuildingLayout, layout_of
 from ppaas.errors import InvalidInput
@@ -32,6 +34,24 @@ def value_at(grid: GridMap, x: float, y: float) -> int:
     return int(grid.data[cell])
 
 
+def apart(found: ImportedBuilding) -> list[str]:
+    """Return stations and places of lifts that a robot with a radius of 0.3 m does not reach from the others."""
+    landings = [each for places in layout(found).landings.values() for each in places]
+    left = []
+    for level, one in found.maps.items():
+        clear = ndimage.distance_transform_edt(one.grid.data == FREE) * one.grid.info.resolution > 0.3
+        areas, _ = ndimage.label(clear)
+        points = [(zone.name, *zone.geometry.coordinates[:2]) for zone in one.zones.stations]
+        for each in landings:
+            if each.floor == level:
+                points += [(f"{each.lift} {name}", *at[:2]) for name, at in (("car", each.car), ("wait", each.wait))]
+        cells = {name: one.grid.info.cell_of(x, y) for name, x, y in points}
+        found_in = {name: int(areas[cell]) if cell else 0 for name, cell in cells.items()}
+        first = next(iter(found_in.values()), 0)
+        left += [f"{level}: {name}" for name, area in found_in.items() if area == 0 or area != first]
+    return left
+
+
 def test_each_floor_has_a_map_a_height_and_an_anchor() -> None:
     found, report = imported()
     first, second = found.building.floors
@@ -40,6 +60,7 @@ def test_each_floor_has_a_map_a_height_and_an_anchor() -> None:
     assert second.anchor == pytest.approx((-1.5, 0.5, 0.0))
     assert [lift.lift for lift in found.building.lifts] == ["north"]
     assert found.warnings == ()
+    assert apart(found) == []
     assert texts(report, REFUSED) == {}
     assert "0.000 m apart at most" in texts(report, TRANSLATED)["levels.L2.fiducials"]
 
@@ -117,6 +138,9 @@ def test_the_grid_is_made_of_the_drawing_where_there_is_one() -> None:
     assert value_at(grid, 6.0, -7.95) == OCCUPIED  # the dark lowest rows
     assert value_at(grid, 6.0, -1.0) == FREE  # a wall that is not drawn
     assert value_at(grid, 1.0, -6.0) == FREE
+    damaged, report = imported(content, drawings={"L1": b"no picture"})
+    assert texts(report, REFUSED)["levels.L1.drawing"].endswith("; the grid is made of walls")
+    assert value_at(damaged.maps["L1"].grid, 6.0, -1.0) == OCCUPIED
     missing, report = imported(content)
     text = texts(report, NO_EFFECT)["levels.L1.drawing"]
     assert text == "there is no file 'L1.png': the grid is made of walls"
@@ -126,9 +150,20 @@ def test_the_grid_is_made_of_the_drawing_where_there_is_one() -> None:
 def test_floors_without_anything_are_left_out_and_names_become_ids() -> None:
     found, report = imported(building(levels={"Floor 1": floor(), "Floor/1": floor(), "roof": {}}, lifts={}))
     assert [each.map for each in found.building.floors] == ["inn-Floor-1", "inn-Floor-1-2"]
+    assert [each.name for each in found.building.floors] == list(found.maps) == ["Floor 1", "Floor-1"]
     assert texts(report, REFUSED)["levels.roof"] == "it has neither walls nor lanes nor a drawing, so it is no floor"
     with pytest.raises(InvalidInput, match="has no floor with walls, lanes or a drawing"):
         imported(building(levels={"roof": {}}, lifts={}))
+
+
+def test_names_that_a_building_does_not_take_are_changed() -> None:
+    levels = {"L/1": floor(), "x" * 70: floor(), "x" * 80: floor()}
+    stops = {"level_doors": {"L/1": ["front"], "x" * 70: ["front"]}, "reference_floor_name": "L/1"}
+    found, _ = imported(building(levels=levels, lifts={"a/b": LIFT | stops, "a-b": LIFT | stops}))
+    assert building_of(json_of(found.building)) == found.building
+    assert [each.name for each in found.building.floors] == ["L-1", "x" * 64, "x" * 62 + "-2"]
+    assert [lift.lift for lift in found.building.lifts] == ["a-b", "a-b-2"]
+    assert layout(found).landings.keys() == {"a-b", "a-b-2"}
 
 
 @pytest.mark.parametrize(
@@ -146,11 +181,7 @@ def test_the_hotel_has_two_lifts_on_three_floors(data: Path) -> None:
     assert [(each.name, each.elevation) for each in found.building.floors] == [("L1", 0.0), ("L2", 8.0), ("L3", 16.0)]
     assert {lift: len(places) for lift, places in layout(found).landings.items()} == {"Lift1": 3, "Lift2": 3}
     assert (found.warnings, texts(report, REFUSED)) == ((), {})
-    for lift in ("Lift1", "Lift2"):
-        for landing in layout(found).landings[lift]:
-            grid = found.maps[landing.floor].grid
-            assert value_at(grid, *landing.car[:2]) == FREE
-            assert value_at(grid, *landing.wait[:2]) == FREE
+    assert apart(found) == []
 
 
 @pytest.mark.parametrize("name", ["airport_terminal", "campus", "door_madness", "office"])
@@ -158,3 +189,4 @@ def test_real_buildings_are_imported(data: Path, name: str) -> None:
     content = (data / "buildings" / f"{name}.building.yaml").read_bytes()
     found, report = imported(content, resolution=0.2)
     assert (len(found.building.floors), found.warnings, texts(report, REFUSED)) == (1, (), {})
+    assert apart(found) == []

@@ -75,6 +75,25 @@ async def test_zones_are_put_and_shown_with_their_rules_and_times(owner: Command
     assert "hall capacity 3 robots always yes" in text
 
 
+async def test_places_of_a_building_are_shown_with_what_they_belong_to(owner: CommandLine, tmp_path: Path) -> None:
+    def feature(kind: str, geometry: str, coordinates: object, **fields: object) -> dict[str, object]:
+        shape = {"type": geometry, "coordinates": coordinates}
+        return {"type": "Feature", "geometry": shape, "properties": {"name": kind, "kind": kind, **fields}}
+
+    features = [
+        feature("door", "LineString", [[-0.9, -1.9], [-0.95, -1.9]], lift="north"),
+        feature("passage", "Point", [-0.9, -1.9], way="ramp", yaw=0.0),
+        feature("dock", "Point", [-0.9, -1.9], yaw=0.0, dock_type="v_shape", charges=False),
+    ]
+    path = tmp_path / "places.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    assert (await owner("map", "zones", "house", "--put", str(path))).status == 0
+    text = "\n".join(" ".join(line.split()) for line in (await owner("map", "zones", "house")).out.splitlines())
+    assert "door door of lift north always yes" in text
+    assert "passage passage ramp always yes" in text
+    assert "dock dock v_shape, no charger always yes" in text
+
+
 async def test_zones_are_printed_and_written_as_geojson(owner: CommandLine, file: Path, tmp_path: Path) -> None:
     version = json.loads((await owner("map", "zones", "house", "--put", str(file), "--json")).out)["version"]
     printed = json.loads((await owner("map", "zones", "house", "--json")).out)
