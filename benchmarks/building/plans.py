@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.layout import layout_of
 from ppaas.buildings.planning.planner import BuildingPlanner, Spot
-from ppaas.buildings.planning.times import Times, Traveller
+from ppaas.buildings.planning.times import BuildingTimes, Traveller
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
@@ -199,7 +199,7 @@ def _shafts(edge: float) -> list[tuple[float, float]]:
 # -- measuring ---------------------------------------------------------------------------------------------------------
 
 
-def _pairs(planner: BuildingPlanner, times: Times, count: int) -> list[tuple[Spot, Spot]]:
+def _pairs(planner: BuildingPlanner, times: BuildingTimes, count: int) -> list[tuple[Spot, Spot]]:
     """Return random places on two floors each, between which a route leads."""
     rng = np.random.default_rng(1)
     pairs = list[tuple[Spot, Spot]]()
@@ -253,7 +253,7 @@ def _mean_us(calls: Sequence[Callable[[], object]]) -> float:
     return 1e6 * float(best.mean())
 
 
-def _after_doors(planner: BuildingPlanner, times: Times, pairs: Sequence[tuple[Spot, Spot]]) -> float:
+def _after_doors(planner: BuildingPlanner, times: BuildingTimes, pairs: Sequence[tuple[Spot, Spot]]) -> float:
     """Return the longest time of a first plan after a door of one of its floors closed or opened [s]."""
     longest = 0.0
     for number, (start, goal) in enumerate(pairs[:100]):
@@ -280,13 +280,13 @@ class _Twin:
             self._fields(number, self._places(number), self._places(number)) for number in range(len(planner.floors))
         ]
 
-    def agrees(self, times: Times, start: Spot, goal: Spot) -> bool:
+    def agrees(self, times: BuildingTimes, start: Spot, goal: Spot) -> bool:
         """Return whether a plan takes as long as the one of Dijkstra's algorithm."""
         found = self._planner.plan(times, start, goal)
         expected = self._seconds(times, start, goal)
         return found is not None and abs(found.seconds - expected) <= AGREES * expected
 
-    def _seconds(self, times: Times, start: Spot, goal: Spot) -> float:
+    def _seconds(self, times: BuildingTimes, start: Spot, goal: Spot) -> float:
         network, speed = self._planner.network, times.traveller.speed
         here, there = network.number_of[start[0]], network.number_of[goal[0]]
         first = self._fields(here, [start[1:]], self._places(here))[0] / speed

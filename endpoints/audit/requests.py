@@ -173,7 +173,17 @@ def parsed_body(scope: MutableMapping[str, Any]) -> Any:
 # The middleware, and the classes of requests that it does not record.
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones", "check_building"})
+COMPUTING = frozenset(
+    {
+        "make_plan",
+        "compute_costs",
+        "plan_fleet",
+        "check_zones",
+        "check_building",
+        "plan_in_building",
+        "compute_building_costs",
+    }
+)
 """Operations by POST that change nothing."""
 
 OPENING = frozenset({"issue_ticket"})

@@ -39,8 +39,10 @@ class TravellingRobot(RequestBody):
     """What the robot can do."""
 
     speed: Annotated[Number, Field(gt=0.0, le=100.0, description="Mean speed [m/s]")] = 0.5
-    labels: Labels = Field({}, description="Labels of the robot, which some ways ask for", examples=[{"legs": "4"}])
-    stairs: StrictBool = Field(False, description="Whether it climbs stairs")
+    labels: Labels = Field(
+        default={}, description="Labels of the robot, which some ways ask for", examples=[{"legs": "4"}]
+    )
+    stairs: StrictBool = Field(default=False, description="Whether it climbs stairs")
 
 
 class RideBegun(RequestBody):
@@ -53,7 +55,7 @@ class RideBegun(RequestBody):
 
 
 class _BuildingRequest(RequestBody):
-    robot: TravellingRobot = Field(default_factory=TravellingRobot)
+    robot: TravellingRobot = TravellingRobot()
     avoid: list[BuildingName] = Field([], max_length=100, description="Lifts and ways that are not taken")
     closed: list[FloorDoor] = Field([], max_length=MOST_DOORS, description="Doors that are closed")
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of each floor [s]")

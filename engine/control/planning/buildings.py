@@ -25,10 +25,11 @@ from engine.control.planning.planning import Planning
 from engine.control.planning.requests import CostRequest
 from ppaas.buildings.layout import Place
 from ppaas.buildings.planning.legs import Leg, legs_of
-from ppaas.buildings.planning.network import Network
-from ppaas.buildings.planning.routes import Goal, Route, Start, alternatives
+from ppaas.buildings.planning.network import BuildingNetwork
+from ppaas.buildings.planning.routes import Route, RouteEnd, RouteStart, alternatives
 from ppaas.buildings.planning.sessions import Session, starts_from_car, with_begun_first, without_margin
-from ppaas.buildings.planning.times import BuildingState, Matrix, Times, least_sums
+from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Matrix, least_sums
+from ppaas.decoding import from_json
 from ppaas.errors import NoValidPath
 from ppaas.plans.path_service import PathRequest
 
@@ -128,8 +129,8 @@ class BuildingPlanning:
 
     # -- parts -----------------------------------------------------------------------------------------------------
 
-    def _times(self, scene: BuildingScene) -> Times:
-        network = Network(scene.layout)
+    def _times(self, scene: BuildingScene) -> BuildingTimes:
+        network = BuildingNetwork(scene.layout)
         state = BuildingState(network, [SLACK] * len(network.floors))
         for number, name in enumerate(network.floors):
             if name not in scene.maps:
@@ -137,10 +138,11 @@ class BuildingPlanning:
             elif (kept := self._kept.get(_key(scene, network, number))) is not None:
                 state.measure(number, kept)
         state.close(scene.closed)
-        return Times(state, scene.traveller)
+        return BuildingTimes(state, scene.traveller)
 
     async def _routes(
-        self, user: str, scene: BuildingScene, times: Times, ends: tuple[Sequence[Start], Goal], count: int,
+        self, user: str, scene: BuildingScene, times: BuildingTimes,
+        ends: tuple[Sequence[RouteStart], RouteEnd], count: int,
         *, session: Session | None,
     ) -> list[Route]:  # fmt: skip
         """Return the best routes, for which floors are measured until no route depends on a bound."""
@@ -154,7 +156,7 @@ class BuildingPlanning:
                 return routes
             await self._measure(user, scene, times, unknown)
 
-    async def _measure(self, user: str, scene: BuildingScene, times: Times, floors: Iterable[int]) -> None:
+    async def _measure(self, user: str, scene: BuildingScene, times: BuildingTimes, floors: Iterable[int]) -> None:
         """Measure the lengths between the junctions of floors, those that are not known."""
         wanted = [floor for floor in floors if not times.state.measured[floor]]
 
@@ -167,24 +169,24 @@ class BuildingPlanning:
         await asyncio.gather(*map(measure, wanted))
 
     async def _starts(
-        self, user: str, scene: BuildingScene, times: Times, spots: Iterable[BuildingSpot], goal: BuildingSpot
-    ) -> list[Start]:
-        starts = list[Start]()
+        self, user: str, scene: BuildingScene, times: BuildingTimes, spots: Iterable[BuildingSpot], goal: BuildingSpot
+    ) -> list[RouteStart]:
+        starts = list[RouteStart]()
         for spot in spots:
             floor = self._floor(scene, times, spot)
             places = [times.network.junctions[number].place for number in times.network.parts[floor]]
             same = spot.floor == goal.floor
             to = [*places, goal.place] if same else places
             seconds = (await self._lengths(user, scene, spot.floor, [spot.place], to))[0] / times.traveller.speed
-            starts.append(Start(floor, seconds[: len(places)], float(seconds[-1]) if same else math.inf))
+            starts.append(RouteStart(floor, seconds[: len(places)], float(seconds[-1]) if same else math.inf))
         return starts
 
-    async def _goal(self, user: str, scene: BuildingScene, times: Times, spot: BuildingSpot) -> Goal:
+    async def _goal(self, user: str, scene: BuildingScene, times: BuildingTimes, spot: BuildingSpot) -> RouteEnd:
         [seconds] = await self._from_all(user, scene, times, [spot])
-        return Goal(times.network.number_of[spot.floor], seconds)
+        return RouteEnd(times.network.number_of[spot.floor], seconds)
 
     async def _from_all(
-        self, user: str, scene: BuildingScene, times: Times, spots: Sequence[BuildingSpot]
+        self, user: str, scene: BuildingScene, times: BuildingTimes, spots: Sequence[BuildingSpot]
     ) -> list[Matrix]:
         """Return the times between each place and the junctions of its floor, in either direction [s]."""
         found: dict[BuildingSpot, Matrix] = {}
@@ -225,7 +227,7 @@ class BuildingPlanning:
                 part, tuple(goals), scene.timeout, dict(scene.labels), {**_on_floors(scene), "lengths": True}
             )
             answer = await self._planning.compute_costs(user, scene.maps[floor], request)
-            found = msgspec.json.decode(answer.costs, type=list[list[float | None]])
+            found = from_json(answer.costs, list[list[float | None]])
             lengths[first : first + rows] = [[math.inf if each is None else each for each in row] for row in found]
         return lengths
 
@@ -238,14 +240,14 @@ class BuildingPlanning:
         )  # fmt: skip
         return FloorPath(request, *await self._planning.compute_path(user, scene.maps[leg.floor], request))
 
-    def _floor(self, scene: BuildingScene, times: Times, spot: BuildingSpot) -> int:
+    def _floor(self, scene: BuildingScene, times: BuildingTimes, spot: BuildingSpot) -> int:
         scene.layout.building.floor(spot.floor)
         if spot.floor not in scene.maps:
             raise NoValidPath(f"floor {spot.floor!r} has no map that you may read")
         return times.network.number_of[spot.floor]
 
 
-def _key(scene: BuildingScene, network: Network, floor: int) -> tuple[str, ...]:
+def _key(scene: BuildingScene, network: BuildingNetwork, floor: int) -> tuple[str, ...]:
     version = scene.maps[network.floors[floor]]
     places = [network.junctions[number].place for number in network.parts[floor]]
     given = msgspec.json.encode((_on_floors(scene), places), order="sorted").decode()
@@ -261,7 +263,7 @@ def _on_floors(scene: BuildingScene) -> dict[str, Any]:
     return {**scene.parameters, "shut_doors": True}
 
 
-def _crossed(times: Times, route: Route) -> list[int]:
+def _crossed(times: BuildingTimes, route: Route) -> list[int]:
     """Return the floors on which a route drives between two junctions."""
     chain, junctions = route.chain.junctions, times.network.junctions
     if route.start.landing >= 0:

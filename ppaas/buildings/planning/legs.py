@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ppaas.buildings.layout import Landing, Place
-from ppaas.buildings.planning.routes import Goal, Route
+from ppaas.buildings.planning.routes import Route, RouteEnd
 from ppaas.buildings.planning.sessions import Session
-from ppaas.buildings.planning.times import Times
+from ppaas.buildings.planning.times import BuildingTimes
 from ppaas.geometry import wrap_angle
 
 NOWHERE = -1
@@ -45,15 +45,15 @@ class Leg:
 
 
 def legs_of(
-    times: Times, route: Route, goal: Goal, ends: tuple[Place, Place], session: Session | None = None
+    times: BuildingTimes, route: Route, goal: RouteEnd, ends: tuple[Place, Place], session: Session | None = None
 ) -> list[Leg]:
     """Return the legs of a route.
 
     Parameters
     ----------
-    times : Times
+    times : BuildingTimes
     route : Route
-    goal : Goal
+    goal : RouteEnd
     ends : (Place, Place)
         Start and goal in the frames of the maps of their floors; the start is not used if the robot is in a car.
     session : Session, optional
@@ -62,7 +62,9 @@ def legs_of(
     return list(_legs(times, route, goal, ends, session))
 
 
-def _legs(times: Times, route: Route, goal: Goal, ends: tuple[Place, Place], session: Session | None) -> Iterator[Leg]:
+def _legs(
+    times: BuildingTimes, route: Route, goal: RouteEnd, ends: tuple[Place, Place], session: Session | None
+) -> Iterator[Leg]:
     network, (at, last) = times.network, ends
     number, floor = NOWHERE, route.start.floor
     if route.start.landing >= 0 and session is not None:
@@ -83,7 +85,7 @@ def _legs(times: Times, route: Route, goal: Goal, ends: tuple[Place, Place], ses
         number, floor, at = following, to_floor, place
 
 
-def _length(times: Times, route: Route, goal: Goal, number: int, following: int) -> float:
+def _length(times: BuildingTimes, route: Route, goal: RouteEnd, number: int, following: int) -> float:
     """Return the length of a drive between two junctions, or from the start, or to the goal [m]."""
     speed, parts = times.traveller.speed, times.network.parts
     if number == NOWHERE:
@@ -103,7 +105,7 @@ def _turned(place: Place) -> Place:
     return x, y, wrap_angle(yaw + math.pi)
 
 
-def _crossing(times: Times, number: int, following: int, out: Place) -> Leg:
+def _crossing(times: BuildingTimes, number: int, following: int, out: Place) -> Leg:
     """Return the leg through a door, a lift or a way, which ends with this pose."""
     network = times.network
     here, there = network.junctions[number], network.junctions[following]
@@ -116,7 +118,7 @@ def _crossing(times: Times, number: int, following: int, out: Place) -> Leg:
     return Leg(kind, floor, to_floor, here.place, out, link.metres, times.seconds_of(link), link.name)
 
 
-def _first_ride(times: Times, landing: int, session: Session) -> Leg:
+def _first_ride(times: BuildingTimes, landing: int, session: Session) -> Leg:
     """Return the rest of the ride of a robot that is in a car."""
     network, junction = times.network, times.network.junctions[landing]
     ride = network.ride(session.lift, network.number_of[session.floor], landing)

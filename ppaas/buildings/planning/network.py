@@ -37,7 +37,7 @@ class Junction:
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class BuildingLink:
     """Way from one junction to another that is not driven on the map of a floor.
 
     Parameters
@@ -62,7 +62,7 @@ class Link:
     way: WaySettings | None = None
 
 
-class Chain(NamedTuple):
+class JunctionChain(NamedTuple):
     """Way from one junction to another.
 
     Parameters
@@ -77,7 +77,7 @@ class Chain(NamedTuple):
     names: tuple[str, ...]
 
 
-class Network:
+class BuildingNetwork:
     """Junctions of a building, ordered by floor, and the links between them.
 
     Parameters
@@ -93,9 +93,9 @@ class Network:
         Numbers of the junctions of each floor.
     portals : tuple of int
         Numbers of the junctions that lead to other floors.
-    links : tuple of Link
+    links : tuple of BuildingLink
         Lifts and ways, each in every direction in which robots may take it.
-    doors : tuple of Link
+    doors : tuple of BuildingLink
         Doors, each in both directions.
     """
 
@@ -120,13 +120,13 @@ class Network:
         """Return the numbers of the landings of a lift."""
         return [n for n, each in enumerate(self.junctions) if isinstance(each.of, Landing) and each.of.lift == lift]
 
-    def ride(self, lift: str, start_floor: int, landing: int) -> Link:
+    def ride(self, lift: str, start_floor: int, landing: int) -> BuildingLink:
         """Return the rest of a ride of a robot that is in the car on a floor, to a landing, with its way out."""
         settings, junction = self.layout.building.lift(lift), self.junctions[landing]
         rise = abs(self._elevation(junction.floor) - self._elevation(start_floor))
-        return Link(landing, landing, lift, settings.doors + rise / settings.speed, _boarding(junction))
+        return BuildingLink(landing, landing, lift, settings.doors + rise / settings.speed, _boarding(junction))
 
-    def _rides(self) -> Iterator[Link]:
+    def _rides(self) -> Iterator[BuildingLink]:
         for lift in self.layout.landings:
             settings, landings = self.layout.building.lift(lift), self.of_lift(lift)
             for start, goal in ((a, b) for a in landings for b in landings):
@@ -134,9 +134,9 @@ class Network:
                 if here.floor != there.floor:
                     rise = abs(self._elevation(there.floor) - self._elevation(here.floor))
                     seconds = settings.wait + 2.0 * settings.doors + rise / settings.speed
-                    yield Link(start, goal, lift, seconds, _boarding(here) + _boarding(there))
+                    yield BuildingLink(start, goal, lift, seconds, _boarding(here) + _boarding(there))
 
-    def _ways(self) -> Iterator[Link]:
+    def _ways(self) -> Iterator[BuildingLink]:
         ends: dict[str, list[int]] = {way: [] for way in self.layout.ways}
         for number, each in enumerate(self.junctions):
             if isinstance(each.of, WayEnd):
@@ -146,9 +146,9 @@ class Network:
             length = way.length if way.length is not None else self._apart(one, other)
             for start, goal in ((one, other), (other, one)):
                 if way.one_way in ("", self.floors[self.junctions[start].floor]):
-                    yield Link(start, goal, name, 0.0, length, way)
+                    yield BuildingLink(start, goal, name, 0.0, length, way)
 
-    def _doors(self) -> Iterator[Link]:
+    def _doors(self) -> Iterator[BuildingLink]:
         sides: dict[DoorPlace, list[int]] = {}
         for number, each in enumerate(self.junctions):
             if isinstance(each.of, DoorPlace):
@@ -157,7 +157,7 @@ class Network:
             opens = self.layout.building.door(door.floor, door.door)
             seconds = opens.opens if opens.device else 0.0
             for start, goal in ((one, other), (other, one)):
-                yield Link(start, goal, door.door, seconds, 2.0 * BEFORE_DOOR)
+                yield BuildingLink(start, goal, door.door, seconds, 2.0 * BEFORE_DOOR)
 
     def _elevation(self, floor: int) -> float:
         return self.layout.building.floors[floor].elevation

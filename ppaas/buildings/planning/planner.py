@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.planning.doors import with_doors_shut
-from ppaas.buildings.planning.network import Chain, Network
-from ppaas.buildings.planning.routes import DIRECT, Goal, Route, Start, alternatives
-from ppaas.buildings.planning.times import BuildingState, Matrix, Times, Traveller
+from ppaas.buildings.planning.network import BuildingNetwork, JunctionChain
+from ppaas.buildings.planning.routes import DIRECT, Route, RouteEnd, RouteStart, alternatives
+from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Matrix, Traveller
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, InvalidBuilding, StartOccupied
 from ppaas.planners.batch.path_lengths import Cells, PathLengths
@@ -34,7 +34,7 @@ class BuildingPath(NamedTuple):
     ----------
     seconds : float
         Time from start to goal [s].
-    chain : Chain
+    chain : JunctionChain
         Junctions on the way, and the lifts and ways that are taken.
     first, last : (n, 2) int32 array
         Cells of the path from the start to the first junction, and from the last one to the goal; ``last`` is empty if
@@ -49,7 +49,7 @@ class BuildingPath(NamedTuple):
     """
 
     seconds: float
-    chain: Chain
+    chain: JunctionChain
     first: Cells
     last: Cells
     floors: tuple[int, int]
@@ -59,13 +59,13 @@ class BuildingPath(NamedTuple):
     @property
     def route(self) -> Route:
         """The route, of which ``legs_of`` makes legs."""
-        start = Start(self.floors[0], self.metres[0] / self.speed, self.metres[2] / self.speed)
+        start = RouteStart(self.floors[0], self.metres[0] / self.speed, self.metres[2] / self.speed)
         return Route(self.seconds, start, self.chain)
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> RouteEnd:
         """The goal, with its times."""
-        return Goal(self.floors[1], self.metres[1] / self.speed)
+        return RouteEnd(self.floors[1], self.metres[1] / self.speed)
 
 
 class FloorPaths:
@@ -171,7 +171,7 @@ class BuildingPlanner:
         threads: int = 1,
         check: Callable[[], None] = proceed,
     ) -> None:
-        self.network = Network(layout)
+        self.network = BuildingNetwork(layout)
         self.state = BuildingState(self.network)
         self.floors = list[FloorPaths]()
         for number, name in enumerate(self.network.floors):
@@ -183,11 +183,11 @@ class BuildingPlanner:
             self.floors.append(FloorPaths(paths, places, check))
             self.state.measure(number, self.floors[number].lengths)
 
-    def times(self, traveller: Traveller) -> Times:
+    def times(self, traveller: Traveller) -> BuildingTimes:
         """Return the times of a robot in the building as it is, also after changes of ``state``."""
-        return Times(self.state, traveller)
+        return BuildingTimes(self.state, traveller)
 
-    def plan(self, times: Times, start: Spot, goal: Spot) -> BuildingPath | None:
+    def plan(self, times: BuildingTimes, start: Spot, goal: Spot) -> BuildingPath | None:
         """Return the best route and the paths at its ends; None if there is none.
 
         A path is computed only to junctions that may be on the best route: those with the least sum of a lower bound,
@@ -227,7 +227,7 @@ class BuildingPlanner:
         metres = leaving.metres, entering.metres, direct
         return BuildingPath(direct / speed, DIRECT, cells, _NO_CELLS, (here, there), speed, metres)
 
-    def alternatives(self, times: Times, start: Spot, goal: Spot, count: int) -> tuple[list[Route], Goal]:
+    def alternatives(self, times: BuildingTimes, start: Spot, goal: Spot, count: int) -> tuple[list[Route], RouteEnd]:
         """Return up to ``count`` routes by other lifts and ways, the best first, and the goal with its times.
 
         Raises as ``plan`` does.
@@ -237,22 +237,22 @@ class BuildingPlanner:
         if here == there:
             a, b = self._cell(start, here, StartOccupied), self._cell(goal, there, GoalOccupied)
             paths = self.floors[here].paths
-            begin = Start(here, begin.seconds, paths.length(paths.path(a, b)) / times.traveller.speed)
+            begin = RouteStart(here, begin.seconds, paths.length(paths.path(a, b)) / times.traveller.speed)
         return alternatives(times, [begin], end, count), end
 
-    def start(self, times: Times, spot: Spot) -> Start:
+    def start(self, times: BuildingTimes, spot: Spot) -> RouteStart:
         """Return a start with its times to all junctions of its floor; raises as ``plan`` does."""
         floor = self._number(spot[0])
         cell = self._cell(spot, floor, StartOccupied)
-        return Start(floor, self._lengths(floor, [cell])[0] / times.traveller.speed)
+        return RouteStart(floor, self._lengths(floor, [cell])[0] / times.traveller.speed)
 
-    def goal(self, times: Times, spot: Spot) -> Goal:
+    def goal(self, times: BuildingTimes, spot: Spot) -> RouteEnd:
         """Return a goal with its times from all junctions of its floor; raises as ``plan`` does."""
         floor = self._number(spot[0])
         cell = self._cell(spot, floor, GoalOccupied)
-        return Goal(floor, self._lengths(floor, [cell])[0] / times.traveller.speed)
+        return RouteEnd(floor, self._lengths(floor, [cell])[0] / times.traveller.speed)
 
-    def costs(self, times: Times, starts: Iterable[Spot], goals: Iterable[Spot]) -> NDArray[np.float64]:
+    def costs(self, times: BuildingTimes, starts: Iterable[Spot], goals: Iterable[Spot]) -> NDArray[np.float64]:
         """Return the (n, m) times from each start to each goal [s], infinite without a route; raises as ``plan``."""
         begins, ends = list(starts), list(goals)
         begun, ended = [self.start(times, each) for each in begins], [self.goal(times, each) for each in ends]

@@ -8,15 +8,15 @@ from itertools import count as counter
 
 import numpy as np
 
-from ppaas.buildings.planning.network import Chain, Link
-from ppaas.buildings.planning.times import Matrix, Times
+from ppaas.buildings.planning.network import BuildingLink, JunctionChain
+from ppaas.buildings.planning.times import BuildingTimes, Matrix
 
 MOST_PARTIAL = 20_000
 """Largest number of partial routes that are continued in the search for alternatives."""
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class RouteStart:
     """Floor on which a route may begin.
 
     Parameters
@@ -37,7 +37,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class RouteEnd:
     """Floor and times of a goal, as ``Start``."""
 
     floor: int
@@ -52,21 +52,21 @@ class Route:
     ----------
     seconds : float
         Time from start to goal [s].
-    start : Start
-    chain : Chain
+    start : RouteStart
+    chain : JunctionChain
         Without junctions if it drives directly to the goal.
     """
 
     seconds: float
-    start: Start
-    chain: Chain
+    start: RouteStart
+    chain: JunctionChain
 
 
-DIRECT = Chain((), ())
+DIRECT = JunctionChain((), ())
 """The way of a robot that drives to its goal without a door, a lift or a way."""
 
 
-def best_route(times: Times, starts: Sequence[Start], goal: Goal) -> Route | None:
+def best_route(times: BuildingTimes, starts: Sequence[RouteStart], goal: RouteEnd) -> Route | None:
     """Return the shortest route; None if there is none."""
     best: Route | None = None
     for start in starts:
@@ -88,7 +88,9 @@ def best_route(times: Times, starts: Sequence[Start], goal: Goal) -> Route | Non
 # -- alternatives ------------------------------------------------------------------------------------------------------
 
 
-def alternatives(times: Times, starts: Sequence[Start], goal: Goal, count: int, first: str = "") -> list[Route]:
+def alternatives(
+    times: BuildingTimes, starts: Sequence[RouteStart], goal: RouteEnd, count: int, first: str = ""
+) -> list[Route]:
     """Return up to ``count`` routes, the best first, each with another sequence of lifts and ways.
 
     The first is the best of all; the others are the best ones that take no lift or way twice. They are found in the
@@ -96,9 +98,9 @@ def alternatives(times: Times, starts: Sequence[Start], goal: Goal, count: int, 
 
     Parameters
     ----------
-    times : Times
-    starts : sequence of Start
-    goal : Goal
+    times : BuildingTimes
+    starts : sequence of RouteStart
+    goal : RouteEnd
     count : int
     first : str
         Id of a lift or way with which all of them begin; any if empty.
@@ -112,7 +114,7 @@ def alternatives(times: Times, starts: Sequence[Start], goal: Goal, count: int, 
     return found[:count]
 
 
-def _without_links(times: Times, starts: Sequence[Start], goal: Goal) -> list[Route]:
+def _without_links(times: BuildingTimes, starts: Sequence[RouteStart], goal: RouteEnd) -> list[Route]:
     """Return the best route that stays on its floor, if there is one."""
     best: Route | None = None
     for start in (each for each in starts if each.floor == goal.floor):
@@ -137,19 +139,19 @@ class _Partial:
     seconds: float
     at: int
     names: tuple[str, ...]
-    start: Start
-    links: tuple[Link, ...]
+    start: RouteStart
+    links: tuple[BuildingLink, ...]
 
 
 class _Search:
-    def __init__(self, times: Times, goal: Goal) -> None:
+    def __init__(self, times: BuildingTimes, goal: RouteEnd) -> None:
         self._times, self._goal, self._network = times, goal, times.network
         self._rest = times.to_portals(goal.floor, goal.seconds)
         self._last = times.from_portals_of(goal.floor, goal.seconds)
         on_floor = (each for each in self._network.parts[goal.floor] if self._network.junctions[each].is_portal)
         self._local = {portal: number for number, portal in enumerate(on_floor)}
 
-    def routes(self, starts: Sequence[Start], count: int, first: str) -> list[Route]:
+    def routes(self, starts: Sequence[RouteStart], count: int, first: str) -> list[Route]:
         queue: list[tuple[float, int, _Partial, bool]] = []
         order, found, seen = counter(), dict[tuple[str, ...], Route](), set[tuple[int, tuple[str, ...]]]()
         for start in starts:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ppaas.buildings.planning.routes import Goal, Route, Start, alternatives
-from ppaas.buildings.planning.times import STEP, Times
+from ppaas.buildings.planning.routes import Route, RouteEnd, RouteStart, alternatives
+from ppaas.buildings.planning.times import STEP, BuildingTimes
 from ppaas.errors import InvalidInput
 
 MARGIN = 15.0
@@ -34,7 +34,7 @@ class Session:
     to: str = ""
 
 
-def starts_from_car(times: Times, session: Session, margin: float = MARGIN) -> list[Start]:
+def starts_from_car(times: BuildingTimes, session: Session, margin: float = MARGIN) -> list[RouteStart]:
     """Return the starts of a robot in a car: all landings of its lift, of which others than ``to`` cost a margin.
 
     Raises
@@ -42,7 +42,7 @@ def starts_from_car(times: Times, session: Session, margin: float = MARGIN) -> l
     InvalidInput
         There is no such floor or lift.
     """
-    network, found = times.network, list[Start]()
+    network, found = times.network, list[RouteStart]()
     if session.floor not in network.number_of:
         raise InvalidInput(f"there is no floor {session.floor!r}")
     for landing in network.of_lift(session.lift):
@@ -51,20 +51,20 @@ def starts_from_car(times: Times, session: Session, margin: float = MARGIN) -> l
         other = session.to not in ("", network.floors[floor])
         seconds = np.full(len(network.parts[floor]), np.inf)
         seconds[landing - network.parts[floor].start] = times.seconds_of(ride) + (margin if other else 0.0)
-        found.append(Start(floor, seconds, landing=landing))
+        found.append(RouteStart(floor, seconds, landing=landing))
     if not found:
         raise InvalidInput(f"there is no lift {session.lift!r} that stops on two floors")
     return found
 
 
-def without_margin(times: Times, route: Route, session: Session, margin: float = MARGIN) -> Route:
+def without_margin(times: BuildingTimes, route: Route, session: Session, margin: float = MARGIN) -> Route:
     """Return a route from a car with the time that it really takes."""
     floor = times.network.floors[route.start.floor]
     return route if session.to in ("", floor) else replace(route, seconds=route.seconds - margin)
 
 
 def with_begun_first(
-    times: Times, starts: Sequence[Start], goal: Goal, routes: Sequence[Route], session: Session,
+    times: BuildingTimes, starts: Sequence[RouteStart], goal: RouteEnd, routes: Sequence[Route], session: Session,
     *, margin: float = MARGIN,
 ) -> list[Route]:  # fmt: skip
     """Return routes, the best first, of a robot that waits for a lift.

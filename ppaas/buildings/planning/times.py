@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.buildings.planning.network import Chain, Link, Network
+from ppaas.buildings.planning.network import BuildingLink, BuildingNetwork, JunctionChain
 
 Matrix = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Traveller:
     stairs: bool = False
     avoid: frozenset[str] = frozenset()
 
-    def may_take(self, link: Link) -> bool:
+    def may_take(self, link: BuildingLink) -> bool:
         """Return whether it may take a lift or a way."""
         if link.name in self.avoid:
             return False
@@ -59,12 +59,12 @@ class BuildingState:
 
     Parameters
     ----------
-    network : Network
+    network : BuildingNetwork
     slack : sequence of float, optional
         Largest error of the distance of two places on each floor, as a bound of the length between them [m].
     """
 
-    def __init__(self, network: Network, slack: Sequence[float] | None = None) -> None:
+    def __init__(self, network: BuildingNetwork, slack: Sequence[float] | None = None) -> None:
         self.network = network
         self.lengths = [
             _bounds(network, floor, 0.0 if slack is None else slack[floor]) for floor in range(len(network.floors))
@@ -99,7 +99,7 @@ class BuildingState:
             self.stamp += 1
 
 
-class Times:
+class BuildingTimes:
     """Shortest times of a robot between the junctions of a building, computed as they are asked for.
 
     Parameters
@@ -124,8 +124,8 @@ class Times:
         count = len(network.portals)
         self._portal_moves = self._portals = np.full((count, count), math.inf)
         self._between: dict[tuple[int, int], Matrix] = {}
-        self._chains: dict[tuple[int, int], Chain] = {}
-        self.links: list[list[tuple[Link, float]]] = []
+        self._chains: dict[tuple[int, int], JunctionChain] = {}
+        self.links: list[list[tuple[BuildingLink, float]]] = []
 
     def between(self, floor: int, other: int) -> Matrix:
         """Return the times from each junction of a floor to each junction of another, or of the same [s]."""
@@ -163,7 +163,7 @@ class Times:
         """Return the place of a portal in results of ``to_portals``."""
         return self._slot[portal]
 
-    def chain(self, start: int, goal: int) -> Chain:
+    def chain(self, start: int, goal: int) -> JunctionChain:
         """Return the shortest way from one junction to another; there must be one."""
         self._refresh()
         found = self._chains.get((start, goal))
@@ -171,7 +171,7 @@ class Times:
             found = self._chains[start, goal] = self.without_passed(self._find_chain(start, goal))
         return found
 
-    def without_passed(self, junctions: Sequence[int]) -> Chain:
+    def without_passed(self, junctions: Sequence[int]) -> JunctionChain:
         """Return a way without the junctions at which the robot only drives by."""
         names = list[str]()
         for one, other in itertools.pairwise(junctions):
@@ -179,9 +179,9 @@ class Times:
                 names.append(self.link_between(one, other).name)
         driven = [True, *map(self.network.is_driven, junctions, junctions[1:]), True]
         kept = (each for number, each in enumerate(junctions) if not (driven[number] and driven[number + 1]))
-        return Chain(tuple(kept), tuple(names))
+        return JunctionChain(tuple(kept), tuple(names))
 
-    def link_between(self, one: int, other: int) -> Link:
+    def link_between(self, one: int, other: int) -> BuildingLink:
         """Return the fastest link between two junctions on different floors; there must be one."""
         found = [(seconds, link) for link, seconds in self.links[one] if link.goal == other]
         return min(found, key=lambda each: each[0])[1]
@@ -224,7 +224,7 @@ class Times:
                 at = self._slot[link.start], self._slot[link.goal]
                 self._portal_moves[at] = min(self._portal_moves[at], seconds)
 
-    def seconds_of(self, link: Link) -> float:
+    def seconds_of(self, link: BuildingLink) -> float:
         """Return the time that a link takes [s]."""
         return link.seconds + link.metres / self.traveller.speed + STEP
 
@@ -256,7 +256,7 @@ class Times:
         return chain + self.trail(there, portals[-1], goal)[1:]
 
 
-def _bounds(network: Network, floor: int, slack: float) -> Matrix:
+def _bounds(network: BuildingNetwork, floor: int, slack: float) -> Matrix:
     places = np.array([network.junctions[n].place[:2] for n in network.parts[floor]]).reshape(-1, 2)
     apart = np.hypot(*(places[:, None] - places).T)
     bounds: Matrix = np.maximum(apart - slack, 0.0)

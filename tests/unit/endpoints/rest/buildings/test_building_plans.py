@@ -6,6 +6,8 @@ from typing import Any
 import httpx
 import pytest
 
+from endpoints.audit.event import AuditQuery
+from endpoints.resources.services import Services
 from endpoints.rest.buildings.plan_schemas import BuildingPlanAnswer
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.unit.endpoints.conftest import LogIn, Publish
@@ -89,3 +91,13 @@ async def test_another_user_gets_no_plan(client: httpx.AsyncClient, ann: dict[st
     for path, body in ((PLANS, REQUEST), (COSTS, {"starts": [START], "goals": [GOAL]})):
         answer = await client.post(path.replace("hq", "ann:hq"), headers=bob, json=body)
         assert answer.status_code == 404
+
+
+async def test_plans_and_costs_are_no_changes_in_the_audit_log(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    for path, body in ((PLANS, REQUEST), (COSTS, {"starts": [START], "goals": [GOAL]})):
+        assert (await client.post(path, headers=ann, json=body)).status_code == 200
+    for action in ("plan_in_building", "compute_building_costs"):
+        assert list(services.audit.read(AuditQuery(action=action))) == []
+    assert len(list(services.audit.read(AuditQuery(action="put_building")))) == 1

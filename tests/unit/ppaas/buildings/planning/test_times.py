@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ppaas.buildings.building import DoorSettings, LiftSettings, WaySettings
-from ppaas.buildings.planning.network import Link, Network
+from ppaas.buildings.planning.network import BuildingLink, BuildingNetwork
 from ppaas.buildings.planning.planner import BuildingPlanner
-from ppaas.buildings.planning.times import BuildingState, Times, Traveller
+from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Traveller
 from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, lift, passage, two_floors
 
 START, GOAL = ("L0", 0.1, 5.5), ("L0", 5.9, 5.5)
@@ -23,7 +23,7 @@ def walled(**changes: object) -> BuildingPlanner:
     return BuildingPlanner(building.layout, {"L0": costmap(free), "L1": costmap(np.ones((24, 24), np.bool_))})
 
 
-def seconds(planner: BuildingPlanner, times: Times, start: tuple[str, float, float]) -> float:
+def seconds(planner: BuildingPlanner, times: BuildingTimes, start: tuple[str, float, float]) -> float:
     found = planner.plan(times, start, GOAL)
     return math.inf if found is None else found.seconds
 
@@ -58,9 +58,9 @@ def test_a_lift_out_of_order_is_not_taken_until_it_is_repaired() -> None:
 
 
 def test_lengths_are_bounds_until_a_floor_is_measured() -> None:
-    network = Network(two_floors(lift("south", 4.0, 2.5)).layout)
+    network = BuildingNetwork(two_floors(lift("south", 4.0, 2.5)).layout)
     state = BuildingState(network, slack=[0.5, 0.5])
-    times = Times(state, Traveller(speed=0.5))
+    times = BuildingTimes(state, Traveller(speed=0.5))
     apart = math.hypot(3.0, 1.5)
     assert times.on_floor(0)[0, 1] == pytest.approx((apart - 0.5) / 0.5, abs=1e-5)
     assert not state.measured[0]
@@ -80,7 +80,7 @@ def test_lengths_are_bounds_until_a_floor_is_measured() -> None:
     ],
 )
 def test_a_robot_takes_the_ways_that_it_may(way: WaySettings, traveller: Traveller, *, may: bool) -> None:
-    assert traveller.may_take(Link(0, 1, "up", 0.0, 5.0, way)) is may
+    assert traveller.may_take(BuildingLink(0, 1, "up", 0.0, 5.0, way)) is may
     planner = two_floors([passage("up", 5.0, 5.0)], ways=(way,)).planner()
     planner.state.break_down(["north"])
     found = planner.plan(planner.times(traveller), START, ("L1", 5.5, 5.5))
@@ -100,6 +100,6 @@ def test_a_one_way_ramp_is_entered_from_its_floor_alone() -> None:
 
 def test_a_ride_waits_and_opens_doors_twice() -> None:
     settings = LiftSettings(lift="north", wait=10.0, doors=2.0, speed=2.0)
-    network = Network(two_floors(lifts=(settings,)).layout)
+    network = BuildingNetwork(two_floors(lifts=(settings,)).layout)
     assert [link.seconds for link in network.links] == [pytest.approx(10.0 + 2 * 2.0 + 4.0 / 2.0)] * 2
     assert network.ride("north", 0, network.of_lift("north")[1]).seconds == pytest.approx(2.0 + 4.0 / 2.0)
