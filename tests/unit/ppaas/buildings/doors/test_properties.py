@@ -45,6 +45,7 @@ class DoorMachine(RuleBasedStateMachine):
     @rule(fault=st.sampled_from(["", "jammed", "offline"]))
     def set_fault(self, fault):
         self.door.set_fault(fault, self.now)
+        self.left_at = self.now  # a door that was repaired takes time to close
 
     @rule(seconds=st.floats(1.0, 20.0))
     def silence(self, seconds):
