@@ -46,15 +46,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_retention(parser)
     _add_webhooks(parser)
     parser.add_argument(
-        "--device-host",
-        type=_device_host,
-        action="append",
-        default=[],
-        metavar="HOST",
-        help="let lifts and doors of buildings be at this host: a name, an address or a network, with a port if only "
-        "that one is meant, such as lifts.example:8080 or 10.0.0.0/24; may be repeated",
-    )
-    parser.add_argument(
         "--admin-password-file",
         type=Path,
         help="file with the password of user 'admin'; created if missing (admin-password in the data folder)",
@@ -256,16 +247,6 @@ def _add_webhooks(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--webhook-allow-http", action="store_true", help="let webhooks of users post without TLS (off)"
     )
-
-
-def _device_host(text: str) -> str:
-    from engine.devices.hosts import DeviceHosts  # noqa: PLC0415 - ``ppaas --help`` loads this module
-
-    try:
-        DeviceHosts([text])
-    except InvalidInput as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
-    return text
 
 
 def _retention(text: str) -> tuple[str, float]:
