@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 from engine.agent.config import ADOPT_WITHIN, AgentConfig
 from engine.container.monitor.parameters import monitor_parameters
 from engine.control.administration import MachineRegistry
+from engine.control.journeys.calls import JourneyCalls
+from engine.control.journeys.leader import JourneyLeader
 from engine.control.master_calls.cloud import Cloud
-from engine.control.master_calls.server import SOCKET, EndpointServer
+from engine.control.master_calls.server import SOCKET, EndpointServer, Extra
 from engine.control.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
 from engine.control.robot_sessions import RobotSessions
 from engine.fabric.router import RouterProcess
@@ -273,6 +275,12 @@ class Engine(CloudListener):
     def place_opened(self, key: str) -> None:
         """Give its robot the nodes of its groups: a people coordinator, a traffic node."""
         self.cloud.place_opened(key)
+
+    def journey_leader(self) -> JourneyLeader:
+        """Return what leads robots over floors; endpoints call it, too."""
+        leader = JourneyLeader(self.service, self.sessions, self.store, self.map_store, self.cloud.planning)
+        self.endpoints.serve_also(lambda: Extra(JourneyCalls, leader))
+        return leader
 
     def place_adopted(self, key: str) -> None:
         """Keep the place until its robot reconnects, for the time of ``linger``; nodes of groups follow robots."""
