@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from engine.control.journeys.calls import JOURNEY
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
-from engine.control.journeys.site import Rider, Site, SiteHooks
+from engine.control.journeys.site import JourneySite, Rider, SiteHooks
 from engine.control.master_driver import MasterDriver
 from engine.control.planning.building_requests import BuildingScene, BuildingSpot, KeptLengths
 from engine.control.planning.buildings import BuildingPlanning
@@ -169,7 +169,7 @@ class JourneyLeader:
         self._store, self._map_store, self._clock = store, map_store, clock
         self._hosts = DeviceHosts() if hosts is None else hosts
         self._planning = BuildingPlanning(planning, KeptLengths())
-        self._sites: dict[tuple[str, str], Site] = {}
+        self._sites: dict[tuple[str, str], JourneySite] = {}
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
         self._background = Background()
         self._opening = asyncio.Lock()
@@ -248,7 +248,7 @@ class JourneyLeader:
                 return record
         raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
 
-    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> Site:
+    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> JourneySite:
         """Return the site of a building, which is opened if it is not."""
         async with self._opening:
             site = self._sites.get(record.key)
@@ -256,7 +256,7 @@ class JourneyLeader:
                 layout = await asyncio.to_thread(self._layout, record)
                 plan, keep = partial(self._plan, layout), partial(self._keep, record.key)
                 hooks = SiteHooks(self._rider, plan, keep, self._changed)
-                site = Site("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
+                site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
                 self._sites[record.key] = site
                 self._background.run(site.run())
             return site

@@ -19,13 +19,13 @@ from ppaas.buildings.journeys.records import (
     CancelRide,
     ChangeFloor,
     DoorPassed,
-    Entered,
+    EnteredCar,
     FindLegs,
     Journey,
     JourneyLeg,
     JourneyOrder,
     Keep,
-    Left,
+    LeftCar,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, Place
@@ -114,7 +114,7 @@ def robot_name(journey: Journey) -> str:
     return f"{journey.user}/{journey.robot}"
 
 
-class Site:
+class JourneySite:
     """Leads the journeys in a building.
 
     Parameters
@@ -268,9 +268,9 @@ class Site:
         match order:
             case AskForLift(lift, origin, destination):
                 self.runner.request(robot, lift, origin, destination)
-            case Entered():
+            case EnteredCar():
                 self.runner.entered(robot)
-            case Left():
+            case LeftCar():
                 self.runner.left(robot)
             case CancelRide():
                 self.runner.cancel(robot)

@@ -8,7 +8,7 @@ import pytest
 
 from engine.control.journeys import site as site_module
 from engine.control.journeys.kept import KeptJourneys
-from engine.control.journeys.site import Site, SiteHooks
+from engine.control.journeys.site import JourneySite, SiteHooks
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from ppaas.buildings.building import Building, Floor, LiftSettings
@@ -104,9 +104,9 @@ class Around:
             raise Unavailable("no store")
         self.kept.append((journeys, rides))
 
-    def site(self, kept: KeptJourneys | None = None) -> Site:
+    def site(self, kept: KeptJourneys | None = None) -> JourneySite:
         hooks = SiteHooks(self.rider, self.plan, self.keep, self.changes.append)
-        return Site("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=kept or KeptJourneys())
+        return JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=kept or KeptJourneys())
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def around(monkeypatch: pytest.MonkeyPatch) -> Around:
 
 
 @pytest.fixture
-async def running() -> AsyncIterator[Callable[[Site], None]]:
+async def running() -> AsyncIterator[Callable[[JourneySite], None]]:
     tasks: list[asyncio.Task[None]] = []
     yield lambda site: tasks.append(asyncio.create_task(site.run()))
     for task in tasks:
@@ -125,7 +125,9 @@ async def running() -> AsyncIterator[Callable[[Site], None]]:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def test_a_robot_is_led_through_a_lift_to_its_goal(around: Around, running: Callable[[Site], None]) -> None:
+async def test_a_robot_is_led_through_a_lift_to_its_goal(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
     site = around.site()
     around.store_errors = 2
     site.begin(JOURNEY)
@@ -139,7 +141,9 @@ async def test_a_robot_is_led_through_a_lift_to_its_goal(around: Around, running
     assert any(rides and rides[0].phase == "inside" for _, rides in around.kept) and around.kept[-1] == ([], [])
 
 
-async def test_a_stored_journey_goes_on_where_the_robot_is(around: Around, running: Callable[[Site], None]) -> None:
+async def test_a_stored_journey_goes_on_where_the_robot_is(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
     inside = Journey(
         id="journey-1", user="ann", robot="tb1", building="hotel", floor="L2", goal=GOAL, on="L1",
         legs=tuple(LEGS), leg=1, phase="inside", sent=2,
@@ -154,7 +158,7 @@ async def test_a_stored_journey_goes_on_where_the_robot_is(around: Around, runni
 
 
 async def test_a_robot_that_is_away_gets_its_goal_when_it_is_back(
-    around: Around, running: Callable[[Site], None]
+    around: Around, running: Callable[[JourneySite], None]
 ) -> None:
     around.robot.is_here = False
     site = around.site()
@@ -170,7 +174,9 @@ async def test_a_robot_that_is_away_gets_its_goal_when_it_is_back(
     assert site.cancel(JOURNEY) is JOURNEY, "it is not led any more"
 
 
-async def test_a_goal_without_a_way_fails_with_the_reason(around: Around, running: Callable[[Site], None]) -> None:
+async def test_a_goal_without_a_way_fails_with_the_reason(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
     around.plan_error = NoValidPath("no lift goes there")
     site = around.site()
     site.begin(JOURNEY)
