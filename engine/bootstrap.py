@@ -19,6 +19,7 @@ from engine.control.master_calls.cloud import Cloud
 from engine.control.master_calls.server import SOCKET, EndpointServer, Extra
 from engine.control.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
 from engine.control.robot_sessions import RobotSessions
+from engine.devices.hosts import DeviceHosts
 from engine.fabric.router import RouterProcess
 from engine.leadership.leadership import Leadership
 from engine.local.machine import Agents, LocalMachine, read_record, settle_config
@@ -106,6 +107,8 @@ class CloudConfig:
         Priorities of node monitors, unless a robot's file sets its own; empty for the default order.
     allowed : tuple of str
         Plug-ins of other distributions that may run in the cloud, each as ``group:name`` of its entry point.
+    device_hosts : tuple of str
+        Hosts at which lifts and doors may be: names, addresses, networks, each maybe with a port.
     ray_address : str, optional
         ``host:port`` of a Ray cluster, or ``auto``; its nodes are then the machines, instead of this one.
     ray_endpoints : EndpointProcesses, optional
@@ -135,6 +138,7 @@ class CloudConfig:
     image: str = ""
     node_priorities: tuple[str, ...] = ()
     allowed: tuple[str, ...] = ()
+    device_hosts: tuple[str, ...] = ()
     ray_address: str | None = None
     ray_endpoints: EndpointProcesses | None = None
 
@@ -209,6 +213,7 @@ class Engine(CloudListener):
         self._own = config.machine
         self._listens = asyncio.Event()
         self._background, self._watching = Background(), Background()
+        self._device_hosts = DeviceHosts(config.device_hosts)
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
         self._open_stores(config)
@@ -278,7 +283,9 @@ class Engine(CloudListener):
 
     def journey_leader(self) -> JourneyLeader:
         """Return what leads robots over floors; endpoints call it, too."""
-        leader = JourneyLeader(self.service, self.sessions, self.store, self.map_store, self.cloud.planning)
+        leader = JourneyLeader(
+            self.service, self.sessions, self.store, self.map_store, self.cloud.planning, hosts=self._device_hosts
+        )
         self.endpoints.serve_also(lambda: Extra(JourneyCalls, leader))
         return leader
 

@@ -184,6 +184,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         ray_endpoints=_ray_endpoints(arguments),
         image=arguments.image,
         allowed=tuple(arguments.allow),
+        device_hosts=tuple(arguments.device_host),
         node_priorities=tuple(filter(None, arguments.node_priorities.split(","))),
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),

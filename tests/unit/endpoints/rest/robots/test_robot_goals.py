@@ -129,9 +129,9 @@ async def test_a_goal_on_a_floor_is_a_journey(
     body = {"pose": [4.0, 1.5], "floor": "L2"}
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json=body), 503, "unavailable")
     services.journeys = led = Journeys()
+    other = (await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 1.0]})).json()
     sent = await client.post(f"{PATH}/goals", headers=ann, json=body)
     assert (sent.status_code, sent.json()["id"], led.asked) == (201, "journey-1", [("ann", "tb1", "L2")])
-    other = (await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 1.0]})).json()
     listed = (await client.get(f"{PATH}/goals", headers=ann)).json()["items"]
     assert [goal["id"] for goal in listed] == ["journey-1", other["id"]]
     assert (await client.get(f"{PATH}/goals/journey-1", headers=ann)).json() == sent.json()
@@ -149,4 +149,7 @@ async def test_all_goals_are_cancelled_with_those_on_floors(
     await client.post(f"{PATH}/goals", headers=ann, json={"pose": [4.0, 1.5], "floor": "L2"})
     assert (await client.delete(f"{PATH}/goals", headers=ann)).status_code == 202
     assert led.sent[0].state == "canceled"
+    await client.post(f"{PATH}/goals", headers=ann, json={"pose": [4.0, 1.5], "floor": "L2"})
+    await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 1.0]})
+    assert led.sent[0].state == "canceled", "another goal replaces it"
     cloud.robots.close()

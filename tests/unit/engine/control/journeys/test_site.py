@@ -174,6 +174,21 @@ async def test_a_robot_that_is_away_gets_its_goal_when_it_is_back(
     assert site.cancel(JOURNEY) is JOURNEY, "it is not led any more"
 
 
+async def test_a_journey_ends_when_a_client_sends_the_robot_elsewhere(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.reaches = False
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: bool(around.robot.goals))
+    around.robot.ended(GoalView("rest-1", GOAL, "canceled", "", 0.0))
+    assert site.journeys, "a goal of another client"
+    around.robot.ended(GoalView("journey-1/1", GOAL, "canceled", "This goal was replaced", 0.0))
+    await until(lambda: site.is_idle)
+    assert around.changes[-1].state == "canceled"
+
+
 async def test_a_goal_without_a_way_fails_with_the_reason(
     around: Around, running: Callable[[JourneySite], None]
 ) -> None:
