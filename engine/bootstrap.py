@@ -210,10 +210,9 @@ class Engine(CloudListener):
         balancer = BALANCERS.create(config.balancer, {})
         monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
         self.config = config
-        self._own = config.machine
-        self._listens = asyncio.Event()
+        self._own, self._listens = config.machine, asyncio.Event()
         self._background, self._watching = Background(), Background()
-        self._device_hosts = DeviceHosts(config.device_hosts)
+        hosts = DeviceHosts(config.device_hosts)
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
         self._open_stores(config)
@@ -243,6 +242,10 @@ class Engine(CloudListener):
         )
         self.cloud, self.secret = Cloud(self.service, quotas, self.store, self.sessions), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
+        self.journeys = JourneyLeader(
+            self.service, self.sessions, self.store, self.map_store, self.cloud.planning, hosts=hosts
+        )
+        self.endpoints.serve_also(lambda: Extra(JourneyCalls, self.journeys))
 
     def _open_stores(self, config: CloudConfig) -> None:
         outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
@@ -280,14 +283,6 @@ class Engine(CloudListener):
     def place_opened(self, key: str) -> None:
         """Give its robot the nodes of its groups: a people coordinator, a traffic node."""
         self.cloud.place_opened(key)
-
-    def journey_leader(self) -> JourneyLeader:
-        """Return what leads robots over floors; endpoints call it, too."""
-        leader = JourneyLeader(
-            self.service, self.sessions, self.store, self.map_store, self.cloud.planning, hosts=self._device_hosts
-        )
-        self.endpoints.serve_also(lambda: Extra(JourneyCalls, leader))
-        return leader
 
     def place_adopted(self, key: str) -> None:
         """Keep the place until its robot reconnects, for the time of ``linger``; nodes of groups follow robots."""

@@ -290,7 +290,7 @@ async def _start(
         await machine
         jobs = CloudJobs(
             services, engine.sessions, arguments.idle, tasks, events=engine.cloud.events,
-            others=(webhooks, retention, engine.journey_leader()),
+            others=(webhooks, retention, engine.journeys),
         )  # fmt: skip
         stack.push_async_callback(jobs.close)
         jobs.start()
