@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING
 from engine.agent.config import ADOPT_WITHIN, AgentConfig
 from engine.container.monitor.parameters import monitor_parameters
 from engine.control.administration import MachineRegistry
+from engine.control.journeys.calls import JourneyCalls
+from engine.control.journeys.leader import JourneyLeader
 from engine.control.master_calls.cloud import Cloud
-from engine.control.master_calls.server import SOCKET, EndpointServer
+from engine.control.master_calls.server import SOCKET, EndpointServer, Extra
 from engine.control.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
 from engine.control.robot_sessions import RobotSessions
+from engine.devices.hosts import DeviceHosts
 from engine.fabric.router import RouterProcess
 from engine.leadership.leadership import Leadership
 from engine.local.machine import Agents, LocalMachine, read_record, settle_config
@@ -104,6 +107,8 @@ class CloudConfig:
         Priorities of node monitors, unless a robot's file sets its own; empty for the default order.
     allowed : tuple of str
         Plug-ins of other distributions that may run in the cloud, each as ``group:name`` of its entry point.
+    device_hosts : tuple of str
+        Hosts at which lifts and doors may be: names, addresses, networks, each maybe with a port.
     ray_address : str, optional
         ``host:port`` of a Ray cluster, or ``auto``; its nodes are then the machines, instead of this one.
     ray_endpoints : EndpointProcesses, optional
@@ -133,6 +138,7 @@ class CloudConfig:
     image: str = ""
     node_priorities: tuple[str, ...] = ()
     allowed: tuple[str, ...] = ()
+    device_hosts: tuple[str, ...] = ()
     ray_address: str | None = None
     ray_endpoints: EndpointProcesses | None = None
 
@@ -204,9 +210,9 @@ class Engine(CloudListener):
         balancer = BALANCERS.create(config.balancer, {})
         monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
         self.config = config
-        self._own = config.machine
-        self._listens = asyncio.Event()
+        self._own, self._listens = config.machine, asyncio.Event()
         self._background, self._watching = Background(), Background()
+        hosts = DeviceHosts(config.device_hosts)
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
         self._open_stores(config)
@@ -236,6 +242,10 @@ class Engine(CloudListener):
         )
         self.cloud, self.secret = Cloud(self.service, quotas, self.store, self.sessions), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
+        self.journeys = JourneyLeader(
+            self.service, self.sessions, self.store, self.map_store, self.cloud.planning, hosts=hosts
+        )
+        self.endpoints.serve_also(lambda: Extra(JourneyCalls, self.journeys))
 
     def _open_stores(self, config: CloudConfig) -> None:
         outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))

@@ -39,6 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_versions(parser)
     _add_other_protocols(parser)
     _add_machines(parser)
+    _add_devices(parser)
     _add_endpoints(parser)
     _add_standby(parser)
     _add_metrics(parser)
@@ -117,6 +118,16 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--image", default="ppaas-engine", metavar="NAME", help="image of Docker containers (%(default)s)"
+    )
+
+
+def _add_devices(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--device-host",
+        action="append",
+        default=[],
+        metavar="HOST[:PORT]",
+        help="permit lifts and doors at this name, address or network; may be repeated (none)",
     )
 
 

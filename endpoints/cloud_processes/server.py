@@ -44,8 +44,6 @@ from endpoints.store_options import settle_stores, store_urls
 from endpoints.webhooks.calls import WebhookCalls
 from endpoints.webhooks.service import Webhooks
 from engine.bootstrap import CloudConfig, Engine
-from engine.control.journeys.calls import JourneyCalls
-from engine.control.journeys.leader import JourneyLeader
 from engine.control.master_calls.server import Extra
 from engine.local.kept_process import SpareProcesses
 from engine.master.quotas import Quota
@@ -186,6 +184,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         ray_endpoints=_ray_endpoints(arguments),
         image=arguments.image,
         allowed=tuple(arguments.allow),
+        device_hosts=tuple(arguments.device_host),
         node_priorities=tuple(filter(None, arguments.node_priorities.split(","))),
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),
@@ -277,7 +276,6 @@ async def _start(
     audit = await stack.enter_async_context(cloud_audit(arguments.data))
     services = await _services(engine, arguments, stack, audit)
     webhooks, retention = _called_jobs(engine, arguments, audit)
-    journeys = _journey_leader(engine)
     engine.endpoints.serve_also(lambda: Extra(LiveCalls, reload))
     machine = asyncio.create_task(engine.start())
     tasks = engine.cloud.task_runner(engine.store, engine.map_store, retention.seconds("tasks"))
@@ -292,7 +290,7 @@ async def _start(
         await machine
         jobs = CloudJobs(
             services, engine.sessions, arguments.idle, tasks, events=engine.cloud.events,
-            others=(webhooks, retention, journeys),
+            others=(webhooks, retention, engine.journeys),
         )  # fmt: skip
         stack.push_async_callback(jobs.close)
         jobs.start()
@@ -337,13 +335,6 @@ def _called_jobs(engine: Engine, arguments: argparse.Namespace, audit: FileAudit
     engine.endpoints.serve_also(lambda: Extra(WebhookCalls, webhooks))
     engine.endpoints.serve_also(lambda: Extra(RetentionCalls, retention))
     return webhooks, retention
-
-
-def _journey_leader(engine: Engine) -> JourneyLeader:
-    """Return what leads robots over floors; endpoints call it."""
-    leader = JourneyLeader(engine.service, engine.sessions, engine.store, engine.map_store, engine.cloud.planning)
-    engine.endpoints.serve_also(lambda: Extra(JourneyCalls, leader))
-    return leader
 
 
 def _record_request(audit: AuditLog, user: str, stop: RobotStop) -> None:

@@ -94,10 +94,11 @@ async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> 
     With a floor, the robot takes lifts, doors and ramps of its building on the way.
     """
     robot.access.check_goal(MOVE_BASE)
+    pose = Pose2D(*triple(request.pose))
     if request.floor is not None:
-        pose = Pose2D(*triple(request.pose))
         return await _journeys(services).send_to_floor(robot.user, robot.id, request.floor, pose)
-    return await services.cloud.robots.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
+    await _cancel_journeys(robot, services)
+    return await services.cloud.robots.send_goal(robot.user, robot.id, pose)
 
 
 @router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(403, 404))
@@ -141,10 +142,14 @@ async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> Goa
 async def cancel_goals(robot: Driven, services: Provided) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
     robot.access.check_goal(MOVE_BASE)
+    await _cancel_journeys(robot, services)
+    await services.cloud.robots.cancel_goals(robot.user, robot.id)
+
+
+async def _cancel_journeys(robot: ReachedRobot, services: Services) -> None:
     for goal in await _on_floors(robot, services):
         if goal.ended is None:
             await _journeys(services).cancel_journey(robot.user, robot.id, goal.id)
-    await services.cloud.robots.cancel_goals(robot.user, robot.id)
 
 
 def _journeys(services: Services) -> JourneyCalls:

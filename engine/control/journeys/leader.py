@@ -7,12 +7,13 @@ import secrets
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 from msgspec.structs import replace
 
 from engine.control.journeys.calls import JOURNEY
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
-from engine.control.journeys.site import Rider, Site, SiteHooks
+from engine.control.journeys.site import JourneySite, Rider, SiteHooks
 from engine.control.master_driver import MasterDriver
 from engine.control.planning.building_requests import BuildingScene, BuildingSpot, KeptLengths
 from engine.control.planning.buildings import BuildingPlanning
@@ -23,7 +24,7 @@ from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
-from engine.processes.background import Background
+from engine.processes.background import cancel_all
 from engine.specs.containers import MapVersion
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import BuildingLayout, Place, layout_of
@@ -137,6 +138,14 @@ class RidingRobot:
         return self._client
 
 
+class _OpenSite(NamedTuple):
+    """Site of a building, its task, and the versions of building and maps that it was opened with."""
+
+    site: JourneySite
+    running: asyncio.Task[None]
+    version: tuple[object, ...]
+
+
 class JourneyLeader:
     """Leads journeys in all buildings until cancelled; implements ``JourneyCalls``.
 
@@ -169,9 +178,8 @@ class JourneyLeader:
         self._store, self._map_store, self._clock = store, map_store, clock
         self._hosts = DeviceHosts() if hosts is None else hosts
         self._planning = BuildingPlanning(planning, KeptLengths())
-        self._sites: dict[tuple[str, str], Site] = {}
+        self._sites: dict[tuple[str, str], _OpenSite] = {}
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
-        self._background = Background()
         self._opening = asyncio.Lock()
 
     # -- life ----------------------------------------------------------------------------------------------------------
@@ -186,7 +194,7 @@ class JourneyLeader:
                     logger.error("the journeys in building %s do not go on: %s", record.id, error)
             await asyncio.Event().wait()
         finally:
-            await self._background.cancel()
+            await cancel_all([known.running for known in self._sites.values()])
 
     def _stored(self) -> list[tuple[BuildingRecord, KeptJourneys]]:
         records = (record for user in self._store.building_users() for record in self._store.buildings(user))
@@ -202,11 +210,11 @@ class JourneyLeader:
         if request is None or not self._driver.presence.is_here(key):
             raise Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")
         record = await asyncio.to_thread(self._building_of, user, request.map.id)
-        record.building.floor(floor)
         here = record.building.floor_of_map(request.map.id)
         assert here is not None, "it was found by this map"
         before = next((each for each in self._known[key].values() if each.state == "active"), None)
         site = await self._site(record)
+        site.building.floor(floor)
         if before is not None:
             self._check_may_go(before)
             site.cancel(before)
@@ -234,8 +242,8 @@ class JourneyLeader:
             raise NotFound("goal", goal_id[:64])
         if journey.state != "active":
             raise Conflict(f"goal {goal_id!r} has ended: {journey.state}")
-        for site in self._sites.values():
-            journey = site.cancel(journey)
+        for known in self._sites.values():
+            journey = known.site.cancel(journey)
         return view_of(journey)
 
     # -- buildings -----------------------------------------------------------------------------------------------------
@@ -248,17 +256,21 @@ class JourneyLeader:
                 return record
         raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
 
-    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> Site:
-        """Return the site of a building, which is opened if it is not."""
+    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> JourneySite:
+        """Return the site of a building; one where nobody travels is opened again if building or maps were changed."""
         async with self._opening:
-            site = self._sites.get(record.key)
-            if site is None:
-                layout = await asyncio.to_thread(self._layout, record)
-                plan, keep = partial(self._plan, layout), partial(self._keep, record.key)
-                hooks = SiteHooks(self._rider, plan, keep, self._changed)
-                site = Site("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
-                self._sites[record.key] = site
-                self._background.run(site.run())
+            version = record.present.number, *(await asyncio.to_thread(self._heads, record)).values()
+            known = self._sites.get(record.key)
+            if known is not None and (known.version == version or not known.site.is_idle):
+                return known.site
+            layout = await asyncio.to_thread(self._layout, record)
+            if known is not None:
+                known.running.cancel()
+                await asyncio.gather(known.running, return_exceptions=True)
+            plan, keep = partial(self._plan, record, layout), partial(self._keep, record.key)
+            hooks = SiteHooks(self._rider, plan, keep, self._changed)
+            site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
+            self._sites[record.key] = _OpenSite(site, asyncio.create_task(site.run()), version)
             return site
 
     def _layout(self, record: BuildingRecord) -> BuildingLayout:
@@ -284,8 +296,10 @@ class JourneyLeader:
         while len(known) > KEPT:
             del known[next(iter(known))]
 
-    async def _plan(self, layout: BuildingLayout, journey: Journey, pose: Place) -> list[JourneyLeg]:
-        heads = await asyncio.to_thread(self._heads, layout)
+    async def _plan(
+        self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place
+    ) -> list[JourneyLeg]:
+        heads = await asyncio.to_thread(self._heads, record)
         scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid)))
         start, goal = BuildingSpot(journey.on, *pose), BuildingSpot(journey.floor, *journey.goal)
         [route, *_] = await self._planning.plan(journey.user, scene, start, goal)
@@ -297,9 +311,10 @@ class JourneyLeader:
             for leg in route.legs
         ]  # fmt: skip
 
-    def _heads(self, layout: BuildingLayout) -> dict[str, MapVersion]:
+    def _heads(self, record: BuildingRecord) -> dict[str, MapVersion]:
+        """Return the current versions of the maps of floors; may block."""
         found = {}
-        for floor in layout.building.floors:
+        for floor in record.building.floors:
             with contextlib.suppress(NotFound):
                 head = self._map_store.map_head(floor.map)
                 found[floor.name] = MapVersion(head.id, head.version)

@@ -1,4 +1,4 @@
-"""Site: one building whose robots are on journeys. It obeys the orders of journeys, and tells them what happens."""
+"""Site: one building whose robots are on journeys. It obeys the orders of journeys, and reports what happens."""
 
 import asyncio
 import logging
@@ -11,6 +11,7 @@ from engine.control.journeys.kept import KeptJourneys
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.processes.background import Background
+from ppaas.buildings.building import Building
 from ppaas.buildings.journeys.journey import JourneyMachine
 from ppaas.buildings.journeys.records import (
     AskForDoor,
@@ -19,13 +20,13 @@ from ppaas.buildings.journeys.records import (
     CancelRide,
     ChangeFloor,
     DoorPassed,
-    Entered,
+    EnteredCar,
     FindLegs,
     Journey,
     JourneyLeg,
     JourneyOrder,
     Keep,
-    Left,
+    LeftCar,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, Place
@@ -114,7 +115,7 @@ def robot_name(journey: Journey) -> str:
     return f"{journey.user}/{journey.robot}"
 
 
-class Site:
+class JourneySite:
     """Leads the journeys in a building.
 
     Parameters
@@ -148,6 +149,11 @@ class Site:
         self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides)
         for journey in kept.journeys:
             self.begin(journey)
+
+    @property
+    def building(self) -> Building:
+        """The building, as it was when the site was opened."""
+        return self._layout.building
 
     @property
     def is_idle(self) -> bool:
@@ -210,9 +216,13 @@ class Site:
 
     def _goal_ended(self, robot: str, goal: GoalView) -> None:
         traveller = self._travellers.get(robot)
-        if traveller is not None:
-            reached = goal.state == "succeeded"
-            self._take(traveller, traveller.machine.goal_ended(goal.id, reached, goal.text, self._clock()))
+        if traveller is None:
+            return
+        machine, now = traveller.machine, self._clock()
+        if goal.state == "canceled" and goal.id == machine.journey.goal_id and not machine.journey.is_aboard:
+            self._take(traveller, machine.cancel(now))  # by a client, or since another goal was sent
+        else:
+            self._take(traveller, machine.goal_ended(goal.id, goal.state == "succeeded", goal.text, now))
 
     def _ordered(self, order: RobotOrder) -> None:
         traveller = self._travellers.get(order.robot)
@@ -248,16 +258,18 @@ class Site:
         await self._save()
 
     async def _obey_one(self, robot: str, traveller: _Traveller, order: JourneyOrder) -> None:
+        machine = traveller.machine
         match order:
             case Keep():
                 await self._save()
             case SendGoal(goal_id, pose):
-                if goal_id == traveller.machine.journey.goal_id:  # else another event has overtaken it
+                if goal_id == machine.journey.goal_id and not machine.is_over:  # else another event has overtaken it
                     traveller.rider.send(goal_id, pose)
             case CancelGoal(goal_id):
                 traveller.rider.cancel(goal_id)
             case FindLegs(number):
-                await self._plan(traveller, number)
+                if number == machine.journey.plans and not machine.is_over:
+                    await self._plan(traveller, number)
             case ChangeFloor(floor, pose):
                 await traveller.rider.change_map(self._layout.building.floor(floor).map, pose)
             case _:
@@ -268,9 +280,9 @@ class Site:
         match order:
             case AskForLift(lift, origin, destination):
                 self.runner.request(robot, lift, origin, destination)
-            case Entered():
+            case EnteredCar():
                 self.runner.entered(robot)
-            case Left():
+            case LeftCar():
                 self.runner.left(robot)
             case CancelRide():
                 self.runner.cancel(robot)

@@ -18,14 +18,14 @@ from ppaas.buildings.journeys.records import (
     CancelRide,
     ChangeFloor,
     DoorPassed,
-    Entered,
+    EnteredCar,
     FindLegs,
     Journey,
     JourneyLeg,
     JourneyOrder,
     JourneyState,
     Keep,
-    Left,
+    LeftCar,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, Landing
@@ -80,7 +80,7 @@ class JourneyMachine:
             case "waiting":
                 return [self._request()]
             case "inside":
-                orders: Orders = [self._request(), Entered()]
+                orders: Orders = [self._request(), EnteredCar()]
                 return [*orders, *([self._change(journey.out)] if journey.out else [])]
             case "boarding" | "alighting":
                 return [self._request(), SendGoal(journey.goal_id, self._target())]
@@ -197,13 +197,13 @@ class JourneyMachine:
         match journey.phase:
             case "boarding":
                 self._set(phase="inside", failures=0)
-                return [Keep(self.journey), Entered()]
+                return [Keep(self.journey), EnteredCar()]
             case "alighting" if journey.cancelled:
-                return [Left(), *self._end("canceled", "it was cancelled", now)]
+                return [LeftCar(), *self._end("canceled", "it was cancelled", now)]
             case "alighting" if journey.out != journey.now.to_floor:
-                return [Left(), *self._plan_again(f"it got out on floor {journey.out!r}", now)]
+                return [LeftCar(), *self._plan_again(f"it got out on floor {journey.out!r}", now)]
             case "alighting":
-                return [Left(), *self._next_leg(now)]
+                return [LeftCar(), *self._next_leg(now)]
             case _ if journey.now.kind == "door":
                 return [DoorPassed(journey.now.floor, journey.now.name), *self._next_leg(now)]
             case _:
@@ -315,7 +315,7 @@ class JourneyMachine:
             return []
         was_riding = journey.phase in ("inside", "alighting")
         orders: Orders = [] if journey.phase == "planning" else [CancelGoal(journey.goal_id)]
-        orders += [Left()] if was_riding else []
+        orders += [LeftCar()] if was_riding else []
         text = f"it is on floor {floor!r}, not on {journey.on!r}"
         self._set(on=floor)
         return [*orders, ChangeFloor(floor, pose), *self._plan_again(text, now)]

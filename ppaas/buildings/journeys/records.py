@@ -159,11 +159,11 @@ class AskForLift(msgspec.Struct, frozen=True):
     destination: str
 
 
-class Entered(msgspec.Struct, frozen=True):
+class EnteredCar(msgspec.Struct, frozen=True):
     """Notify the lift's controller that the robot is in the car."""
 
 
-class Left(msgspec.Struct, frozen=True):
+class LeftCar(msgspec.Struct, frozen=True):
     """Notify the lift's controller that the robot is out of the car."""
 
 
@@ -192,8 +192,8 @@ JourneyOrder = (
     | FindLegs
     | ChangeFloor
     | AskForLift
-    | Entered
-    | Left
+    | EnteredCar
+    | LeftCar
     | CancelRide
     | AskForDoor
     | DoorPassed

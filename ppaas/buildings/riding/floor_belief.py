@@ -1,4 +1,4 @@
-"""On which floor a robot leaves a lift, from all that tells of it: the lift's word, a barometer, and scans.
+"""On which floor a robot leaves a lift, from all that is known: the lift's word, a barometer, and scans.
 
 None of them is trusted alone. Lifts say nothing, or are wrong; the air pressure changes with the weather; floors look
 alike. Each adds its evidence, as the logarithm of its likelihood, and a floor is known once it is far more likely than

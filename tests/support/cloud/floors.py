@@ -1,4 +1,4 @@
-"""Building of two floors for tests with real clouds: its maps, a world with both, and what carries robots in the car."""
+"""Building of two floors: its maps, a world with both, and what carries a robot in the car."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from engine.container.monitor.node import MonitorState
+from engine.control.journeys.kept import KeptJourneys
 from engine.protocols.versions import OWN
 from engine.sessions.host import SessionRecord
 from engine.specs.checkpoints import CheckpointOrigin
@@ -63,13 +64,17 @@ STORED: dict[str, Any] = {
     "checkpoint: origin": CheckpointOrigin,
     "checkpoint: sessions of clients": list[SessionRecord],
     "checkpoint: stops of a user": StoredStops,
+    "checkpoint: journeys in a building": KeptJourneys,
     **{f"record: {name}": kind for name, kind in RECORDS.items()},
     "record: leases": Lease,
     "backup": BackupManifest,
 }
 """Everything that is stored."""
 
-PACKED = ("checkpoint of people_coordinator", "checkpoint of traffic", "checkpoint: stops of a user")
+PACKED = (
+    "checkpoint of people_coordinator", "checkpoint of traffic", "checkpoint: stops of a user",
+    "checkpoint: journeys in a building",
+)  # fmt: skip
 """Checkpoints that are MessagePack, as all records are; others are JSON."""
 
 

@@ -17,6 +17,7 @@ from endpoints.retention.calls import RetentionCalls
 from endpoints.webhooks.calls import WebhookCalls
 from engine.calls.caller import Frame
 from engine.calls.interface import methods_of
+from engine.control.journeys.calls import JourneyCalls
 from engine.control.master_calls.control_plane import MasterParts
 from engine.control.master_calls.interface import EndpointCalls, MasterCalls
 from engine.protocols import control_link, machine_link, robot_link
@@ -47,6 +48,7 @@ LINKS: dict[str, Any] = {
 
 INTERFACES = (
     MasterCalls, EndpointCalls, SharedLogins, TurnCalls, DataFolderCalls, WebhookCalls, RetentionCalls,
+    JourneyCalls,
     *get_type_hints(MasterParts).values(),
 )  # fmt: skip
 """Methods that the master and endpoints call."""

@@ -16,13 +16,13 @@ from ppaas.buildings.journeys.records import (
     CancelRide,
     ChangeFloor,
     DoorPassed,
-    Entered,
+    EnteredCar,
     FindLegs,
     Journey,
     JourneyLeg,
     JourneyOrder,
     Keep,
-    Left,
+    LeftCar,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, layout_of
@@ -112,7 +112,7 @@ def aboard() -> JourneyMachine:
     assert reach(machine)[-1] == AskForLift("north", "L1", "L3")
     [_, sent] = machine.obey(Board("tb1", "north", "L1"), 3.0)
     assert sent == SendGoal("j1/2", LAYOUT.landings["north"][0].car)
-    assert reach(machine)[-1] == Entered()
+    assert reach(machine)[-1] == EnteredCar()
     return machine
 
 
@@ -128,7 +128,7 @@ def test_a_journey_goes_from_leg_to_leg_and_stores_each_step_first() -> None:
     assert isinstance(kept, Keep) and sent == SendGoal("j1/3", out_at("L3"))
     assert machine.obey(Alight("tb1", "north", "L3"), 5.1) == [], "repeated by the controller"
     left, kept, sent = reach(machine)
-    assert (left, sent) == (Left(), SendGoal("j1/4", GOAL))
+    assert (left, sent) == (LeftCar(), SendGoal("j1/4", GOAL))
     assert goals([sent])
     assert reach(machine) == [Keep(machine.journey)]
     assert (machine.journey.state, machine.journey.on, machine.is_over) == ("succeeded", "L3", True)
@@ -140,7 +140,7 @@ def test_a_robot_whose_clone_is_not_there_yet_leaves_once_it_is() -> None:
     [_, change] = machine.obey(Alight("tb1", "north", "L3"), 5.0)
     assert isinstance(change, ChangeFloor)
     again = JourneyMachine(machine.journey, LAYOUT).resume()
-    assert again == [AskForLift("north", "L1", "L3"), Entered(), change], "a restart repeats all that may be lost"
+    assert again == [AskForLift("north", "L1", "L3"), EnteredCar(), change], "a restart repeats all that may be lost"
     assert goals(machine.on_floor("L3")) == [SendGoal("j1/3", out_at("L3"))]
 
 
@@ -152,7 +152,7 @@ def test_a_lift_that_stops_on_another_floor_lets_it_out_there_and_the_rest_is_pl
     assert isinstance(change, ChangeFloor) and change.pose == pytest.approx((11.0, 1.0, math.pi / 2))
     assert goals(machine.on_floor("L2")) == [SendGoal("j1/3", pytest.approx(out_at("L2")))]
     left, _, find = reach(machine)
-    assert (left, find) == (Left(), FindLegs(1))
+    assert (left, find) == (LeftCar(), FindLegs(1))
     assert machine.planned(0, legs_from("L1"), 6.0) == [], "an earlier plan is too late"
     assert goals(machine.planned(1, legs_from("L2"), 6.0)) == [SendGoal("j1/4", wait_at("L2"))]
 
@@ -167,7 +167,7 @@ def test_a_robot_that_scans_show_on_another_floor_goes_on_from_there(phase: str)
         reach(machine)
     assert machine.is_really_on("L3", (21.0, 3.0, 0.0), 6.0) == []
     orders = machine.is_really_on("L2", (11.0, 2.6, 1.6), 6.0)
-    assert isinstance(orders[0], CancelGoal) and (Left() in orders) is (phase == "alighting")
+    assert isinstance(orders[0], CancelGoal) and (LeftCar() in orders) is (phase == "alighting")
     assert ChangeFloor("L2", (11.0, 2.6, 1.6)) in orders and orders[-1] == FindLegs(1)
     assert machine.journey.on == "L2"
 
@@ -223,7 +223,7 @@ def test_a_journey_that_is_cancelled_in_a_lift_ends_outside() -> None:
     assert not machine.is_over and machine.cancel(5.1) == []
     machine.obey(Alight("tb1", "north", "L2"), 6.0)
     machine.on_floor("L2")
-    assert reach(machine)[0] == Left()
+    assert reach(machine)[0] == LeftCar()
     assert (machine.journey.state, machine.journey.on) == ("canceled", "L2")
     waiting = begun()
     reach(waiting)
@@ -308,9 +308,9 @@ class Site:
                 self.floor = floor
             case AskForLift(lift, origin, destination):
                 self.lead(self.controller.request("tb1", lift, origin, destination, self.now))
-            case Entered():
+            case EnteredCar():
                 self.lead(self.controller.entered("tb1", self.now))
-            case Left():
+            case LeftCar():
                 self.lead(self.controller.left("tb1", self.now))
             case CancelRide():
                 self.lead(self.controller.cancel("tb1", self.now))
