@@ -160,6 +160,7 @@ class Docking:
     def step(self, sight: Sight) -> Order:
         """Return what the robot does now."""
         waited, self._last = sight.now - self._last, sight.now
+        self.text = self._doing
         if sight.held and self.drives_itself:
             self._pause(waited)
             self.text = f"waiting: {sight.held}"
@@ -195,7 +196,7 @@ class Docking:
     def _enter(self, phase: DockingPhase, now: float) -> None:
         self.phase, self._since, self._free_at = phase, now, now
         self._nearest, self._near_at = -math.inf, now
-        self.text = f"{phase.value} ({self.dock.in_words})"
+        self.text = self._doing = f"{phase.value} ({self.dock.in_words})"
 
     # -- phases --------------------------------------------------------------------------------------------------------
 
@@ -375,7 +376,7 @@ class Docking:
         """Back off after a failure."""
         self._failure = failure
         self._enter(DockingPhase.BACKING, sight.now)
-        self.text = f"backing off: {failure}"
+        self.text = self._doing = f"backing off: {failure}"
         return self._back_off(sight)
 
     def _gives_up(self, failure: DockingFailure) -> bool:

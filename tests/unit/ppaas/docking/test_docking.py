@@ -256,6 +256,8 @@ def test_a_robot_waits_for_somebody_in_its_way_and_goes_on() -> None:
     assert loop.robot == at
     assert loop.machine.text == "waiting: something is in the way"
     loop.points = NO_POINTS
+    loop.step()
+    assert loop.machine.text == "driving to the dock (dock 'home')"
     assert isinstance(loop.run(), Docked)
 
 
