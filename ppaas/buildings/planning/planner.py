@@ -204,7 +204,7 @@ class BuildingPlanner:
         one, other = self.floors[here], self.floors[there]
         a, b = self._cell(start, here, StartOccupied), self._cell(goal, there, GoalOccupied)
         leaving, entering, speed = _FromEnd(one, a), _FromEnd(other, b), times.traveller.speed
-        between = times.between(here, there) * speed
+        between = times.metres_between(here, there)
         direct, cells = (one.apart(a, b), None) if here == there else (math.inf, _NO_CELLS)
         while True:
             total = leaving.metres[:, None] + between + entering.metres

@@ -124,6 +124,7 @@ class BuildingTimes:
         count = len(network.portals)
         self._portal_moves = self._portals = np.full((count, count), math.inf)
         self._between: dict[tuple[int, int], Matrix] = {}
+        self._metres: dict[tuple[int, int], Matrix] = {}
         self._chains: dict[tuple[int, int], JunctionChain] = {}
         self.links: list[list[tuple[BuildingLink, float]]] = []
 
@@ -138,6 +139,14 @@ class BuildingTimes:
             if floor == other:
                 found = np.minimum(found, self.on_floor(floor))
             self._between[floor, other] = found
+        return found
+
+    def metres_between(self, floor: int, other: int) -> Matrix:
+        """Return ``between`` as the lengths that the robot would drive in these times [m]."""
+        self._refresh()
+        found = self._metres.get((floor, other))
+        if found is None:
+            found = self._metres[floor, other] = self.between(floor, other) * self.traveller.speed
         return found
 
     def on_floor(self, floor: int) -> Matrix:
@@ -200,6 +209,7 @@ class BuildingTimes:
             return
         self._stamp = self.state.stamp
         self._between.clear()
+        self._metres.clear()
         self._chains.clear()
         if self._broken != self.state.out_of_order:
             self._use_links()
