@@ -11,6 +11,7 @@ import numpy as np
 from ppaas.bounded import above_zero, whole
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
+from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import SPEED, straight
 from ppaas.tasks.records import Place, Task
@@ -37,7 +38,10 @@ SLICE = 30.0
 LEAST = 0.9
 """Least part of the bound that must be done."""
 
-PERIOD = 10.0
+HANDLING = 30.0
+"""Time that a robot is loaded, and unloaded [s]."""
+
+PERIOD = 5.0
 """Least time between two decisions [s]."""
 
 
@@ -120,12 +124,15 @@ def work(
     rehearsal = Rehearsal([], fleet.robots, straight, 0.0, sites=fleet.sites, period=PERIOD)
     bar = progress.add_task("hours", total=seconds)
     pairs: list[tuple[int, int]] = []
+    holds = (PlaceHold(seconds=HANDLING),) * 2
     while rehearsal.now < seconds:
         queued = sum(task.state == "queued" for task in rehearsal.open_tasks)
         for _ in range(waiting - queued):
             pick, drop = map(int, rng.choice(len(fleet.places), 2, replace=False))
             places = fleet.places[pick], fleet.places[drop]
-            rehearsal.add(Task(id=f"t{len(pairs):06d}", kind="pick_drop", places=places, created=rehearsal.now))
+            rehearsal.add(
+                Task(id=f"t{len(pairs):06d}", kind="pick_drop", places=places, holds=holds, created=rehearsal.now)
+            )
             pairs.append((pick, drop))
         rehearsal.run(min(rehearsal.now + SLICE, seconds))
         progress.update(bar, completed=rehearsal.now)
@@ -133,7 +140,7 @@ def work(
 
 
 def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float) -> float:
-    """Return the number of tasks that no plan exceeds, even one that knows all tasks from the start.
+    """Return the number of tasks of this mix that no plan exceeds, even one that knows all from the start.
 
     The linear program counts moves: loaded ones of tasks, empty ones between places, and ones to and from chargers.
     As many moves end at a place as begin there, but for one of each robot. All together have the time of the robots,
@@ -145,28 +152,29 @@ def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float
     places = [*fleet.places, *chargers]
     number, stations, robots = len(places), len(fleet.places), len(fleet.robots)
     ways = np.array([[straight(one, other) for other in places] for one in places])
-    demand = np.zeros((number, number))
-    np.add.at(demand, tuple(np.array(pairs).T), 1.0)
-    size = number * number
-    # Unknowns: loaded moves, empty moves, time at each charger.
-    metres = np.concatenate([ways.ravel(), ways.ravel(), np.zeros(len(chargers))])
-    at_charger = np.concatenate([np.zeros(2 * size), np.ones(len(chargers))])
-    leaves = np.repeat(np.eye(number), number, axis=1)
-    arrives = np.tile(np.eye(number), number)
-    flow = np.concatenate([leaves - arrives, leaves - arrives, np.zeros((number, len(chargers)))], axis=1)
+    mix = np.zeros((number, number))
+    np.add.at(mix, tuple(np.array(pairs).T), 1.0 / len(pairs))
+    # Unknowns: the number of tasks, empty moves, and the time at each charger.
+    empty, none = number * number, np.zeros(len(chargers))
+    metres = np.concatenate([[float((mix * ways).sum())], ways.ravel(), none])
+    at_charger = np.concatenate([np.zeros(1 + empty), none + 1.0])
+    leaves, arrives = np.repeat(np.eye(number), number, axis=1), np.tile(np.eye(number), number)
+    balance = (mix.sum(1) - mix.sum(0))[:, np.newaxis]
+    flow = np.concatenate([balance, leaves - arrives, np.zeros((number, len(chargers)))], axis=1)
+    visits = np.concatenate(
+        [np.zeros((len(chargers), 1)), -arrives[stations:], fleet.gain * np.eye(len(chargers))], axis=1
+    )
+    handling = np.concatenate([[2.0 * HANDLING], np.zeros(empty), none])
+    times, energies = metres / SPEED + handling + at_charger, metres * PER_METRE - at_charger * fleet.gain
     start = sum(robot.battery.charge for robot in fleet.robots.values() if robot.battery is not None)
-    visits = np.concatenate([-arrives[stations:], -arrives[stations:], fleet.gain * np.eye(len(chargers))], axis=1)
-    times, energies = metres / SPEED + at_charger, metres * PER_METRE - at_charger * fleet.gain
     least = robots * seconds * PER_SECOND
-    limits = [np.full(2 * number, float(robots)), np.zeros(len(chargers)), np.array([robots * seconds, start - least])]
-    most = np.concatenate([demand.ravel(), np.full(size, np.inf), np.full(len(chargers), seconds)])
-    wanted = np.concatenate([np.ones(size), np.zeros(size + len(chargers))])
-    limits_of_each = np.stack([np.zeros(len(most)), most], 1)
+    limits = [np.full(2 * number, float(robots)), none, np.array([robots * seconds, start - least])]
+    most = np.concatenate([np.full(1 + empty, np.inf), none + seconds])
     found = linprog(
-        -wanted,
+        -np.eye(1, len(most))[0],
         np.vstack([flow, -flow, visits, times, energies]),
         np.concatenate(limits),
-        bounds=limits_of_each,
+        bounds=np.stack([np.zeros(len(most)), most], 1),
         method="highs",
     )
     assert found.success, found.message

@@ -19,10 +19,14 @@ OPPORTUNE = 0.7
 """Charge below which a robot without anything to do goes to a charger that is free."""
 
 ALMOST_FULL = 0.85
-"""Charge below which a robot that can do none of the tasks that wait goes to a charger that is free."""
+"""Charge below which a robot that can do none of the tasks that wait goes to a charger that is free, and from which a
+robot leaves its charger if others need it."""
+
+PATIENCE = 300.0
+"""Time for which a task has waited before a robot leaves its charger for it [s]."""
 
 ENOUGH = 0.5
-"""Charge from which a robot leaves its charger if others need it, or tasks wait."""
+"""Charge from which a robot leaves its charger for a task that waits, if no other robot needs the charger."""
 
 FULL = 0.95
 """Charge from which a robot leaves its charger."""
@@ -85,19 +89,25 @@ def trips(
 
 
 def leavers(
-    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, waiting: Iterable[Task]
+    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, waiting: Iterable[Task], now: float
 ) -> list[str]:
-    """Return the robots that leave their chargers early: others need these, or tasks wait; the fullest first."""
+    """Return the robots that leave their chargers early: others need these, or tasks wait; the fullest first.
+
+    To leave early costs trips: only robots that are almost full leave for others, and then none leaves for a task.
+    """
     holds = [name for name, task in task_of.items() if task.trip == "charge" and task.holding is not None]
     charge = {name: _charge(robots[name]) for name in holds if name in robots}
     enough = sorted((name for name in charge if charge[name] >= ENOUGH), key=lambda name: (-charge[name], name))
+    most = [name for name in enough if charge[name] >= ALMOST_FULL]
     needy = sum(must_charge(robot, task_of.get(name), sites) for name, robot in robots.items())
     free = len(sites.chargers) - sum(task.trip == "charge" for task in task_of.values())
-    leave = enough[: max(0, needy - free)]
+    leave = most[: max(0, needy - free)]
+    if needy > free:
+        return leave
     idle = sum(_is_idle(robot, task_of.get(name)) for name, robot in robots.items())
-    left = list(waiting)
-    spare = len(left) - idle - len(leave)
-    for name in enough[len(leave) :]:
+    left = [task for task in waiting if now - task.may_start >= PATIENCE]
+    spare = len(left) - idle
+    for name in enough:
         task = next((task for task in left if _can_do(task, name, robots[name], sites)), None)
         if task is not None and spare > 0:
             left.remove(task)

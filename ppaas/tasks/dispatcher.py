@@ -230,7 +230,7 @@ class Dispatcher:
         """End charging early where others need the charger, or tasks wait."""
         waiting = [task for task in self.undecided(now) if not task.robot]
         orders: list[Order] = []
-        for robot in leavers(self._robots, self._tasks_of(), self.sites, waiting):
+        for robot in leavers(self._robots, self._tasks_of(), self.sites, waiting, now):
             orders += self._end(self._tasks[self._task_of[robot]], "done", "", now)
         return orders
 

@@ -1,9 +1,13 @@
 """The commands, options, topics and numbers of rmf-fleet.md are those of the code."""
 
 import argparse
+import json
 import re
 import shlex
 
+from endpoints.rest.task_schemas import TaskFile
+from ppaas.tasks.options import PlaceHold
+from ppaas.wire.rmf import workcells
 from ppaas.wire.rmf.fleet_robot import LONGEST_WAIT, RmfMode
 from ppaas.wire.ros.rmf_definitions import FLEET_STATE
 from robots.bridges.cli import free_fleet, rmf
@@ -88,3 +92,10 @@ def test_the_keys_of_free_fleet_are_those_of_the_bridge() -> None:
     assert shown == {"tf": plain[TF], "battery_state": plain[BATTERY], "navigate_to_pose/_action/…": plain[NAVIGATE]}
     assert (POSE_PERIOD, BATTERY_PERIOD) == (0.2, 1.0), "five times a second, and once"
     assert "five times a second" in TEXT and "once a second" in TEXT
+
+
+def test_times_of_workcells_are_those_of_the_code() -> None:
+    assert f"repeated every {workcells.REPEAT:g} s" in TEXT
+    assert f"asked again after {workcells.AGAIN:g} s" in TEXT
+    [example] = [json.loads(block) for block in blocks(PAGE, "json") if "dispenser" in block]
+    assert TaskFile(**example).task("t", 0.0).holds[1] == PlaceHold(ingestor="rack-2")

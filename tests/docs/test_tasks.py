@@ -54,7 +54,8 @@ def test_numbers_are_those_of_the_code() -> None:
         f"below {100 * charging.LOW:g} % without a task",
         f"charge below {100 * charging.OPPORTUNE:g} % if",
         f"below {100 * charging.ALMOST_FULL:g} % while",
-        f"leaves at {100 * charging.FULL:g} %, and from {100 * charging.ENOUGH:g} % if",
+        f"leaves at {100 * charging.FULL:g} %, and from {100 * charging.ALMOST_FULL:g} % if others",
+        f"from {100 * charging.ENOUGH:g} % for a task that has waited for {charging.PATIENCE:g} s",
         f"kept for {group.OWN_KEPT_FOR / 60.0:g} minutes after their end",
         f"and of {task_estimates.MOST_REHEARSED} others",
     ):

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
-from ppaas.tasks.charging import ENOUGH, FULL, LOW, OPPORTUNE, must_charge
+from ppaas.tasks.charging import ALMOST_FULL, ENOUGH, FULL, LOW, OPPORTUNE, PATIENCE, must_charge
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Order, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import RESERVE, cost_of, lasts, straight
@@ -146,17 +146,27 @@ def test_a_patrol_is_given_back_before_the_charge_runs_out_and_goes_on_later() -
     assert sent(dispatcher.decide(4.0)) == {"r": B}
 
 
-@pytest.mark.parametrize(("charge", "leaves"), [(ENOUGH - 0.01, False), (ENOUGH + 0.01, True)])
-def test_a_charger_is_left_early_for_others_and_for_tasks(charge: float, leaves: bool) -> None:
-    for others in ({"other": robot(0.15, SPOT)}, {}):
-        dispatcher = led(r=robot(0.2))
-        dispatcher.decide(0.0)
-        arrive(dispatcher, "r", 1.0)
-        if not others:
-            dispatcher.add(task("t", A), 2.0)
-        dispatcher.see({"r": robot(charge, DOCK), **others}, 2.0)
-        orders = sent(dispatcher.decide(2.0))
-        assert orders == (({"other": DOCK} if others else {"r": A}) if leaves else {})
+@pytest.mark.parametrize(("charge", "leaves"), [(ALMOST_FULL - 0.01, False), (ALMOST_FULL + 0.01, True)])
+def test_a_charger_is_left_early_for_others_that_must_charge(charge: float, leaves: bool) -> None:
+    dispatcher = led(r=robot(0.2))
+    dispatcher.decide(0.0)
+    arrive(dispatcher, "r", 1.0)
+    dispatcher.add(task("t", C), 1.0)
+    dispatcher.see({"r": robot(charge, DOCK), "other": robot(0.15, SPOT)}, 2.0 + PATIENCE)
+    assert sent(dispatcher.decide(2.0 + PATIENCE)) == ({"other": DOCK, "r": C} if leaves else {})
+
+
+@pytest.mark.parametrize(
+    ("charge", "waited", "leaves"),
+    [(ENOUGH - 0.01, PATIENCE, False), (ENOUGH + 0.01, PATIENCE - 1.0, False), (ENOUGH + 0.01, PATIENCE, True)],
+)
+def test_a_charger_is_left_early_for_a_task_that_has_waited(charge: float, waited: float, leaves: bool) -> None:
+    dispatcher = led(r=robot(0.2))
+    dispatcher.decide(0.0)
+    arrive(dispatcher, "r", 1.0)
+    dispatcher.add(task("t", A, created=2.0), 2.0)
+    dispatcher.see({"r": robot(charge, DOCK)}, 2.0 + waited)
+    assert sent(dispatcher.decide(2.0 + waited)) == ({"r": A} if leaves else {})
 
 
 def test_a_trip_of_a_robot_that_is_gone_ends() -> None:
