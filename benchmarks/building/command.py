@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 HELP = (
-    "buildings: plans over floors beside paths on one floor; rides in lifts, after which floor and pose must be known"
+    "buildings: plans over floors beside paths on one floor; rides in lifts, after which floor and pose must be "
+    "known; docking from random places"
 )
 
 
@@ -24,7 +25,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--checked", type=int, default=20, help="number of plans that are compared with Dijkstra's (20)"
     )
     parser.add_argument("--rides", type=int, default=1000, metavar="N", help="number of rides in lifts (1000)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of rides and their buildings (1)")
+    parser.add_argument("--docks", type=int, default=1000, metavar="N", help="number of docks (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of rides, docks and their buildings (1)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
@@ -56,5 +58,17 @@ def _rides(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
     return list(rode)[-1]
 
 
-PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {"plans": _plans, "rides": _rides}
+def _docks(arguments: argparse.Namespace, progress: "Progress") -> BenchReport:
+    # ``ppaas bench --help`` loads this module.
+    from benchmarks.building.docks import measure_docks  # noqa: PLC0415
+
+    task = progress.add_task("docks", total=arguments.docks)
+    return measure_docks(arguments.docks, arguments.seed, lambda: progress.advance(task))
+
+
+PARTS: dict[str, Callable[[argparse.Namespace, "Progress"], BenchReport]] = {
+    "plans": _plans,
+    "rides": _rides,
+    "docks": _docks,
+}
 """Parts of the bench, by name."""

@@ -83,7 +83,7 @@ UNSURE = 1.0
 _METRES, _SECONDS = 1e3, 1e4  # scales: a scaled cost is about 0.1
 
 
-class BatteryModel:
+class BatteryEstimator:
     """Learns what metres and seconds cost a robot's battery."""
 
     def __init__(self) -> None:

@@ -15,6 +15,7 @@ from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters
 from ppaas.clone.surroundings import LocalCostmapParameters
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.costmap.global_parameters import GlobalCostmapParameters, StaticLayerParameters
+from ppaas.docking.parameters import DockingParameters
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
@@ -40,6 +41,7 @@ from ppaas.recoveries.registry import RECOVERIES
 
 NODES: dict[str, type[Parameters]] = {
     "move_base": MoveBaseParameters,
+    "docking_server": DockingParameters,
     "teleop": TeleopParameters,
     "amcl": AmclParameters,
     "grid_slam": GridSlamParameters,

@@ -9,7 +9,7 @@ from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, monotonic
-from ppaas.energy.battery import Battery, BatteryModel
+from ppaas.energy.battery import Battery, BatteryEstimator
 from ppaas.geometry import Pose2D
 from ppaas.tasks.orders import Outcome, RobotNow
 from ppaas.tasks.reach import straight
@@ -89,7 +89,7 @@ class _BatteryWatch:
     """Learns the battery of a robot from its reports and poses; it is kept while the robot is away."""
 
     def __init__(self) -> None:
-        self._model = BatteryModel()
+        self._model = BatteryEstimator()
         self._metres = 0.0
         self._place: Place | None = None
 

@@ -78,6 +78,7 @@ ONLY_HERE = {
     "follow_path": "the robot follows paths itself: give its node the action follow_path in place of controller_server",
     "traffic": "Nav2 has no traffic of several robots",
     "teleop": "Nav2 has no driving by hand with leases",
+    "docking_server": "docks are zones of the map here: give Nav2's docking_server a list of them",
     "explore": "explore_lite is no part of Nav2",
     "laser_proc": "run laser_proc of ROS beside Nav2, and remap its topic to /scan",
     "torso_detector": "Nav2 sees no people", "leg_detector": "Nav2 sees no people",

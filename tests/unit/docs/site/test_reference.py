@@ -179,7 +179,8 @@ def test_each_topic_of_the_table_and_each_service_has_a_row() -> None:
 
 
 def test_rows_have_nodes_and_delivery() -> None:
-    assert "| `cmd_vel` | [`geometry_msgs/Twist`](messages.md#geometry_msgstwist) | `move_base` |" in TOPICS_PAGE
+    kind, nodes = "[`geometry_msgs/Twist`](messages.md#geometry_msgstwist)", "`docking_server`, `move_base`"
+    assert f"| `cmd_vel` | {kind} | {nodes} |" in TOPICS_PAGE
     assert topics.delivery(MAP) == ["latched", "lasting"]
     assert topics.delivery(SCAN) == ["stream", "robot only"]
     assert topics.delivery(CMD_VEL) == ["stream"]

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.energy.battery import GAIN_LIMITS, METRE_LIMITS, PER_METRE, SECOND_LIMITS, Battery, BatteryModel
+from ppaas.energy.battery import GAIN_LIMITS, METRE_LIMITS, PER_METRE, SECOND_LIMITS, Battery, BatteryEstimator
 
 
 class Robot:
     """A robot that works and rests by turns, and whose battery reports whole percents with errors."""
 
     def __init__(self, per_metre: float, per_second: float, seed: int = 1) -> None:
-        self.model, self.rng = BatteryModel(), np.random.default_rng(seed)
+        self.model, self.rng = BatteryEstimator(), np.random.default_rng(seed)
         self.per_metre, self.per_second = per_metre, per_second
         self.now = self.metres = 0.0
         self.charge = 1.0
@@ -72,7 +72,7 @@ def test_the_charge_is_the_median_and_rest_makes_nothing_unsure() -> None:
 
 
 def test_a_charger_teaches_its_gain_and_not_the_costs_of_driving() -> None:
-    model = BatteryModel()
+    model = BatteryEstimator()
     assert model.battery is None
     for number in range(600):
         model.see(min(1.0, 0.2 + 3e-4 * 10.0 * number), 0.0, 10.0 * number, charging=True)

@@ -71,7 +71,15 @@ def test_every_parameter_in_use_is_in_the_report(release: Release, controller: s
     robot = robot_to_export("tb1", {"map": "office"} | file, map_of())
     setup = export_ros2(robot, release)
     parts = {entry.part for entry in setup.report.entries}
-    only_if_given = {"social_layer", "voxel_layer", "teleop", "robot_state_publisher", "keepout_filter", "speed_filter"}
+    only_if_given = {
+        "docking_server",
+        "social_layer",
+        "voxel_layer",
+        "teleop",
+        "robot_state_publisher",
+        "keepout_filter",
+        "speed_filter",
+    }
     missing = {
         f"{section}.{name}"
         for section, table in robot.in_use.items()
