@@ -124,11 +124,23 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
 def _add_devices(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--device-host",
+        type=_device_host,
         action="append",
         default=[],
-        metavar="HOST[:PORT]",
-        help="permit lifts and doors at this name, address or network; may be repeated (none)",
+        metavar="HOST",
+        help="let lifts and doors of buildings be at this host: a name, an address or a network, with a port if only "
+        "that one is meant, such as lifts.example:8080 or 10.0.0.0/24; may be repeated",
     )
+
+
+def _device_host(text: str) -> str:
+    from engine.devices.hosts import DeviceHosts  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    try:
+        DeviceHosts([text])
+    except InvalidInput as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return text
 
 
 def _add_endpoints(parser: argparse.ArgumentParser) -> None:

@@ -144,3 +144,14 @@ def test_the_format_of_the_log_is_a_setting_as_any_other(
     monkeypatch.setattr(server, "run_server", lambda _: seen.append(os.environ[VARIABLE]))
     main(["up", "--config", str(tmp_path / "ppaas.toml"), *words])
     assert seen == [taken]
+
+
+def test_hosts_of_devices_are_checked_when_they_are_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    parser = CommandParser()
+    up.configure(parser)
+    assert parser.parse_args(["--device-host", "10.0.0.0/24", "--device-host", "lifts.example:8080"]).device_host == [
+        "10.0.0.0/24", "lifts.example:8080",
+    ]  # fmt: skip
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--device-host", "a b"])
+    assert "a host of devices is a name" in capsys.readouterr().err
