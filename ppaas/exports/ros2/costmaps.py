@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ppaas.exports.ros2.draft import COSTMAPS, SetupDraft, renamed, same, without_effect
+from ppaas.exports.ros2.draft import COSTMAPS, SetupDraft, renamed, same
 from ppaas.exports.ros2.masks import Masks
 from ppaas.footprints import goes_around
 from ppaas.imports.parameters.rules import ParameterRule, ParameterRules
@@ -135,9 +135,3 @@ def add_mask_servers(draft: SetupDraft, masks: Masks) -> None:
         draft.put(f"{info}.mask_topic", f"/{name}_filter_mask")
         draft.put(f"{info}.base", 0.0)
         draft.put(f"{info}.multiplier", 1.0)
-
-
-OF_FILTERS = without_effect(
-    "the mask is written with the set-up", "enabled", "filter_mask", "type", "base", "multiplier"
-)
-"""What becomes of the parameters of ``keepout_filter`` and ``speed_filter``."""

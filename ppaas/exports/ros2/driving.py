@@ -102,14 +102,20 @@ def add_controller(draft: SetupDraft) -> None:
         _add_dwb(draft)
     elif name == "pure_pursuit":
         draft.put(f"{CONTROLLER}.plugin", "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController")
-        draft.section(name, rpp_rules(release))
-        if draft.value(SERVER, "FollowPath.allow_reversing") and draft.value(
-            SERVER, "FollowPath.use_rotate_to_heading"
-        ):
+        values = dict(draft.robot.in_use[name])
+        if values["allow_reversing"] and values.pop("use_rotate_to_heading"):
             draft.put(f"{CONTROLLER}.use_rotate_to_heading", False)
             draft.report.translated(f"{name}.use_rotate_to_heading", "False: in Nav2, it excludes allow_reversing")
+        draft.section(name, rpp_rules(release), values)
+    elif name == "mppi":
+        _add_mppi(draft)
+        _tune_mppi(draft)
     else:
-        _add_mppi(draft, name)
+        _add_mppi(draft)
+        draft.report.refused(f"base_local_planner.{name}", "Nav2 has no such controller: MPPI is in its place")
+        limits = draft.robot.body.limits
+        _put_all(draft, {"vx_max": limits.max_vel_x, "vx_min": limits.min_vel_x, "wz_max": limits.max_vel_theta})
+        return
     draft.report.translated("base_local_planner", f"{name} is {draft.value(SERVER, 'FollowPath.plugin')}")
 
 
@@ -122,8 +128,10 @@ def _add_progress_checker(draft: SetupDraft) -> None:
         draft.put(f"{SERVER}.progress_checker_plugins", ["progress_checker"])
     draft.put(f"{PROGRESS}.plugin", "nav2_controller::SimpleProgressChecker")
     draft.put(f"{PROGRESS}.required_movement_radius", float(move_base["oscillation_distance"]))
-    allowed = move_base["oscillation_timeout"] or move_base["controller_patience"] or 10.0
-    draft.put(f"{PROGRESS}.movement_time_allowance", float(allowed))
+    allowed = float(move_base["oscillation_timeout"] or move_base["controller_patience"] or 10.0)
+    draft.put(f"{PROGRESS}.movement_time_allowance", allowed)
+    why = "" if move_base["oscillation_timeout"] else ": Nav2 does not do without this check"
+    draft.report.translated("move_base.oscillation_timeout", f"{PROGRESS}.movement_time_allowance = {allowed:g}{why}")
 
 
 def _add_dwb(draft: SetupDraft) -> None:
@@ -145,25 +153,26 @@ def _add_dwb(draft: SetupDraft) -> None:
     _put_all(draft, also)
 
 
-def _add_mppi(draft: SetupDraft, name: str) -> None:
+def _add_mppi(draft: SetupDraft) -> None:
     critics = [
         "ConstraintCritic", draft.release.obstacle_critic, "GoalCritic", "GoalAngleCritic", "PathAlignCritic",
         "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic",
     ]  # fmt: skip
     draft.put(f"{CONTROLLER}.plugin", "nav2_mppi_controller::MPPIController")
     draft.put(f"{CONTROLLER}.critics", critics)
-    if name != "mppi":
-        draft.report.refused(f"base_local_planner.{name}", "Nav2 has no such controller: MPPI is in its place")
-        limits = draft.robot.body.limits
-        _put_all(draft, {"vx_max": limits.max_vel_x, "vx_min": limits.min_vel_x, "wz_max": limits.max_vel_theta})
-        return
-    draft.section("mppi", MPPI_RULES, tuned=MPPI_TUNED, why="tuned for our sampling: Nav2's MPPI has its own default")
-    mppi = draft.robot.in_use["mppi"]
+
+
+def _tune_mppi(draft: SetupDraft) -> None:
+    """Add the parameters of ``mppi``."""
+    mppi = dict(draft.robot.in_use["mppi"])
     draft.put(f"{CONTROLLER}.ax_min", -float(mppi["acc_lim_x"]))
     period = 1.0 / float(draft.robot.in_use["move_base"]["controller_frequency"])
     if mppi["model_dt"] < period:
+        del mppi["model_dt"]
         draft.put(f"{CONTROLLER}.model_dt", period)
         draft.report.translated("mppi.model_dt", f"{period:g}: in Nav2, a step is at least a period of the controller")
+    why = "tuned for our sampling: Nav2's MPPI has its own default"
+    draft.section("mppi", MPPI_RULES, mppi, tuned=MPPI_TUNED, why=why)
 
 
 def _put_all(draft: SetupDraft, values: Mapping[str, Any]) -> None:
@@ -215,13 +224,26 @@ def add_planner(draft: SetupDraft) -> None:
         draft.section(name, LATTICE_RULES if name == "lattice" else GRID_RULES)
     if (package, plugin) == _NAVFN and name in ("jps", "dstar_lite"):
         draft.put(f"{PLANNER}.use_astar", True)
-    for other in PLUGINS.keys() - {name}:
-        draft.unused(other, "a planner that only requests over REST name")
+    for other in PLUGINS:
+        if other != name:
+            draft.unused(other, "a planner that only requests over REST name")
+    _limit_planning(draft, package, plugin)
+
+
+def _limit_planning(draft: SetupDraft, package: str, plugin: str) -> None:
+    """Add the tolerance [m] and the time limit [s] of Move Base to those planners of Nav2 that have them."""
     tolerance, timeout = (draft.robot.in_use["move_base"][key] for key in ("default_tolerance", "planner_timeout"))
+    wanted: dict[str, tuple[str, float | None]] = {"default_tolerance": ("tolerance", None)}
     if plugin != "ThetaStarPlanner":
-        draft.put(
-            f"{PLANNER}.tolerance", max(float(tolerance), float(draft.value(PLANNERS, "GridBased.tolerance") or 0))
-        )
+        own = draft.value(PLANNERS, "GridBased.tolerance")
+        wanted["default_tolerance"] = "tolerance", max(float(tolerance), float(own or 0.0))
+    wanted["planner_timeout"] = "max_planning_time", None
     if package == "nav2_smac_planner":
         own = draft.value(PLANNERS, "GridBased.max_planning_time")
-        draft.put(f"{PLANNER}.max_planning_time", float(timeout if own is None else min(own, timeout)))
+        wanted["planner_timeout"] = "max_planning_time", float(timeout if own is None else min(own, timeout))
+    for name, (there, value) in wanted.items():
+        if value is None:
+            draft.report.without_effect(f"move_base.{name}", f"Nav2's {plugin} has no {there}")
+        else:
+            draft.put(f"{PLANNER}.{there}", value)
+            draft.report.translated(f"move_base.{name}", f"{PLANNER}.{there} = {value:g}")

@@ -1,5 +1,6 @@
 """Launch file of a set-up, in Python, and the page that describes the set-up."""
 
+import json
 from dataclasses import dataclass
 
 from ppaas.exports.ros2.releases import Release
@@ -27,6 +28,11 @@ class LaunchFacts:
     files: frozenset[str]
 
     @property
+    def has_amcl(self) -> bool:
+        """Whether amcl localizes the robot, which else does so itself."""
+        return "amcl" in self.nodes
+
+    @property
     def servers(self) -> dict[str, tuple[str, str]]:
         """Package and program of each node with a life cycle, beside map server and localization, by its name."""
         servers: dict[str, tuple[str, str]] = {}
@@ -45,7 +51,7 @@ class LaunchFacts:
 
 _TEMPLATE = '''"""Starts Nav2 for the robot {name} (ROS 2 {release}), by the parameters in this folder.
 
-Written by `ppaas export ros2`. With slam:=true, slam_toolbox makes a new map; otherwise amcl localizes the robot.
+Written by `ppaas export ros2`. With slam:=true, slam_toolbox makes a new map; otherwise {localizer}.
 """
 
 from pathlib import Path
@@ -104,12 +110,17 @@ def generate_launch_description():
 {sensors}    ])
 '''
 
-_LOCALIZATION = """        node(
+_MAP = """        node(
             "nav2_map_server", "map_server", "map_server", {"yaml_filename": str(HERE / "map.yaml")},
             condition=UnlessCondition(slam),
         ),
-        node("nav2_amcl", "amcl", "amcl", PARAMETERS, condition=UnlessCondition(slam)),
+"""
+
+_AMCL = """        node("nav2_amcl", "amcl", "amcl", PARAMETERS, condition=UnlessCondition(slam)),
         manager("lifecycle_manager_localization", ["map_server", "amcl"], condition=UnlessCondition(slam)),
+"""
+
+_NO_AMCL = """        manager("lifecycle_manager_localization", ["map_server"], condition=UnlessCondition(slam)),
 """
 
 _URDF = """        node(
@@ -139,7 +150,8 @@ def launch_file(facts: LaunchFacts) -> str:
         servers=_servers(facts),
         slam="false" if "map.yaml" in facts.files else "true",
         frames=_URDF if "robot.urdf" in facts.files else _laser(facts.robot),
-        localization=_LOCALIZATION if "map.yaml" in facts.files else "",
+        localizer="amcl localizes the robot" if facts.has_amcl else "the robot localizes itself",
+        localization=_MAP + (_AMCL if facts.has_amcl else _NO_AMCL) if "map.yaml" in facts.files else "",
         sensors=sensors,
     )
 
@@ -168,7 +180,7 @@ def _laser(robot: RobotToExport) -> str:
     place = f'"--x", "{x:g}", "--y", "{y:g}", "--yaw", "{yaw:g}"'
     return f"""        Node(
             package="tf2_ros", executable="static_transform_publisher", name="laser_frame",
-            arguments=[{place}, "--frame-id", "base_link", "--child-frame-id", "{frame}"],
+            arguments=[{place}, "--frame-id", "base_link", "--child-frame-id", {json.dumps(frame)}],
         ),
 """
 
@@ -230,13 +242,14 @@ def readme(facts: LaunchFacts, report: ImportReport) -> str:
         for entry in report.entries
         if entry.outcome in (ImportOutcome.NO_EFFECT, ImportOutcome.REFUSED)
     ]
-    on_map, makes_map = "amcl localizes it on `map.yaml`, from its initial pose.", "slam_toolbox makes its map."
+    by_amcl, by_itself = "amcl localizes it on `map.yaml`, from its initial pose.", "It localizes itself on `map.yaml`."
+    on_map = by_amcl if facts.has_amcl else by_itself
     written = {*facts.files, "bringup.launch.py"}
     return _README.format(
         name=facts.robot.name,
         title=distribution.title(),
         packages=" ".join(f"ros-{distribution}-{name}" for name in packages),
-        localized=on_map if "map.yaml" in facts.files else makes_map,
+        localized=on_map if "map.yaml" in facts.files else "slam_toolbox makes its map.",
         files="\n".join(f"| `{file}` | {what} |" for file, what in _FILES.items() if file in written),
         missing="\n".join(missing) or "Nothing: every parameter has its counterpart.",
     )

@@ -43,7 +43,6 @@ AMCL_RULES: ParameterRules = {
         name: ParameterRule(f"{AMCL}.{name}", "", _frame(usual)) for name, usual in FRAMES.items()
     },
     **without_effect("Nav2's amcl has no noise of standing odometry", "odom_drift"),
-    **without_effect("Nav2's amcl is left out of the launch file instead where the robot localizes itself", "localize"),
     **without_effect(
         "Nav2's amcl starts with a spread that cannot be set", "initial_cov_xx", "initial_cov_yy", "initial_cov_aa"
     ),
@@ -54,9 +53,18 @@ AMCL_RULES: ParameterRules = {
 
 
 def add_amcl(draft: SetupDraft) -> None:
-    """Add the parameters of ``amcl`` with the start pose of the robot, also of one that makes its map."""
-    read = read_parameters(AmclParameters, AMCL, draft.robot.given.get(AMCL, {}))
-    draft.section(AMCL, AMCL_RULES, msgspec.structs.asdict(read))
+    """Add the parameters of ``amcl`` with the start pose of the robot, also of one that makes its map.
+
+    A robot that localizes itself has no ``amcl``.
+    """
+    values = msgspec.structs.asdict(read_parameters(AmclParameters, AMCL, draft.robot.given.get(AMCL, {})))
+    if not values.pop("localize"):
+        draft.report.translated(f"{AMCL}.localize", "False: the launch file starts no amcl")
+        for name in ("initial_pose", *(f"{AMCL}.{name}" for name in values if draft.robot.is_given(AMCL, name))):
+            draft.report.without_effect(name, "the robot localizes itself")
+        return
+    draft.report.translated(f"{AMCL}.localize", "True: the launch file starts amcl")
+    draft.section(AMCL, AMCL_RULES, values)
     x, y, yaw = draft.robot.file.get("initial_pose", (0.0, 0.0, 0.0))
     draft.put(f"{AMCL}.set_initial_pose", True)
     for name, value in {"x": x, "y": y, "z": 0.0, "yaw": yaw}.items():

@@ -14,7 +14,7 @@ from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.nodes.map_server.costmap_filters import KEEPOUT_FILTER, SPEED_FILTER, SpeedFilterParameters
 from ppaas.parameters import read_parameters
 from ppaas.zones.masks import touched
-from ppaas.zones.zone import AnyRule, KeepOut, SpeedZone, Zone
+from ppaas.zones.zone import AnyRule, KeepOut, Mark, SpeedZone, Zone
 
 ROUNDED = 1e-9
 """Part of a percent by which a limit may be below a whole one by rounding."""
@@ -25,6 +25,8 @@ FULL = 100
 ALWAYS = "a filter of Nav2 has no times: it is in force always"
 
 NO_RULE = "Nav2 has no such rule of traffic"
+
+NO_MARK = "no filter of Nav2 knows marks of a map"
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ class _Drawing:
             text = f"{percent} % in speed_mask{when}" if percent < FULL else "the robot is never faster"
             self._report.translated(part, text)
         else:
-            self._report.without_effect(part, f"{NO_RULE}: {_kind(rule)}")
+            why = NO_MARK if isinstance(rule, Mark) else NO_RULE
+            self._report.without_effect(part, f"{why}: {_kind(rule)}")
 
     def add_mask(self, name: str, mask: GridMap, filters: Mapping[str, Any]) -> None:
         """Draw the mask of a filter of the robot, which may have other cells than its map."""

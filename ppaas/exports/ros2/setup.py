@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ppaas.exports.ros2.behavior_tree import IN_TREE, add_behaviors, behavior_tree
-from ppaas.exports.ros2.costmaps import OF_FILTERS, add_costmaps, add_mask_servers
+from ppaas.exports.ros2.costmaps import add_costmaps, add_mask_servers
 from ppaas.exports.ros2.draft import SetupDraft, renamed, same, without_effect
 from ppaas.exports.ros2.driving import SERVER, add_controller, add_planner
 from ppaas.exports.ros2.launch_file import LaunchFacts, launch_file, readme
@@ -36,14 +36,15 @@ MOVE_BASE_RULES: ParameterRules = {
 
 ELSEWHERE = {
     "transform_tolerance": "transform_tolerance of both costmaps",
-    "planner_timeout": "max_planning_time of SMAC planners",
-    "default_tolerance": "tolerance of the planner", "oscillation_timeout": f"{PROGRESS}.movement_time_allowance",
     "recovery_behavior_enabled": IN_TREE, "recovery_behaviors": IN_TREE, "clearing_rotation_allowed": IN_TREE,
     "conservative_reset_dist": IN_TREE,
 }  # fmt: skip
 """Parameters of ``move_base`` that other parts of the set-up have."""
 
-REPORTED = ("base_global_planner", "base_local_planner", "planner_frequency")
+REPORTED = (
+    "base_global_planner", "base_local_planner", "planner_frequency", "default_tolerance", "planner_timeout",
+    "oscillation_timeout",
+)  # fmt: skip
 """Parameters of ``move_base`` that are reported where they are translated."""
 
 WAYPOINTS = "waypoint_follower"
@@ -78,7 +79,7 @@ ONLY_HERE = {
     "follow_path": "the robot follows paths itself: give its node the action follow_path in place of controller_server",
     "traffic": "Nav2 has no traffic of several robots",
     "teleop": "Nav2 has no driving by hand with leases",
-    "docking_server": "docks are zones of the map here: give Nav2's docking_server a list of them",
+    "docking_server": "the set-up has no docking_server of Nav2, which needs a plug-in for each kind of dock",
     "explore": "explore_lite is no part of Nav2",
     "laser_proc": "run laser_proc of ROS beside Nav2, and remap its topic to /scan",
     "torso_detector": "Nav2 sees no people", "leg_detector": "Nav2 sees no people",
@@ -167,8 +168,8 @@ def _add_others(draft: SetupDraft) -> None:
     draft.section(CAMERA, CAMERA_RULES)
     draft.section(OCTOMAP, OCTOMAP_RULES)
     for filter_name in (KEEPOUT_FILTER, SPEED_FILTER):
-        if draft.robot.map is None:
-            draft.section(filter_name, OF_FILTERS)
+        if draft.robot.map is None or filter_name not in draft.robot.map.masks:
+            draft.unused(filter_name, "the filter is not enabled, or has no mask")
     for name, why in ONLY_HERE.items():
         draft.unused(name, why)
     for name in _extras(draft.robot):

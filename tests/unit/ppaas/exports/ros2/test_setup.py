@@ -72,14 +72,9 @@ def test_every_parameter_in_use_is_in_the_report(release: Release, controller: s
     setup = export_ros2(robot, release)
     parts = {entry.part for entry in setup.report.entries}
     only_if_given = {
+        "social_layer", "voxel_layer", "teleop", "robot_state_publisher", "keepout_filter", "speed_filter",
         "docking_server",
-        "social_layer",
-        "voxel_layer",
-        "teleop",
-        "robot_state_publisher",
-        "keepout_filter",
-        "speed_filter",
-    }
+    }  # fmt: skip
     missing = {
         f"{section}.{name}"
         for section, table in robot.in_use.items()
@@ -328,6 +323,27 @@ def test_the_page_has_the_commands_and_what_is_missing() -> None:
 def test_a_name_that_ends_a_docstring_is_no_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = robot_to_export('x"""\nraise SystemExit\n"""', {"map": "office"}, map_of())
     assert launched(export_ros2(robot, Release.JAZZY), tmp_path, monkeypatch)
+
+
+def test_a_frame_that_ends_a_string_is_no_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = '"], x=["\\'
+    own = {"robot_state_publisher": {"laser_frame": frame}}
+    actions = launched(exported({"parameters": own}), tmp_path, monkeypatch)
+    (laser,) = (action for action in actions if action.get("name") == "laser_frame")
+    assert laser["arguments"][-1] == frame
+
+
+def test_a_robot_that_localizes_itself_has_no_amcl(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    setup = exported({"initial_pose": [1, 2, 0], "parameters": {"amcl": {"localize": False, "laser_z_hit": 0.7}}})
+    nodes = {action["name"]: action for action in launched(setup, tmp_path, monkeypatch) if action["kind"] == "Node"}
+    assert "map_server" in nodes
+    assert "amcl" not in nodes
+    assert nodes["lifecycle_manager_localization"]["parameters"][0]["node_names"] == ["map_server"]
+    assert "amcl" not in yaml.safe_load(setup.files["nav2_params.yaml"])
+    assert entries(setup, "amcl.localize") == {"translated": "False: the launch file starts no amcl"}
+    for part in ("initial_pose", "amcl.laser_z_hit"):
+        assert entries(setup, part) == {"no effect": "the robot localizes itself"}
+    assert "It localizes itself on `map.yaml`." in setup.files["README.md"].decode()
 
 
 def test_a_file_that_the_clone_refuses_is_not_exported() -> None:
