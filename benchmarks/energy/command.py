@@ -95,8 +95,8 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     took = time.perf_counter() - begun
     done = [task for task in rehearsal.tasks.values() if task.kind == "pick_drop" and task.state == "done"]
     charged = sum(task.trip == "charge" and task.state == "done" for task in rehearsal.tasks.values())
-    most = bound(fleet, pairs, seconds)
     charges = [battery.charge for battery in rehearsal.batteries.values() if battery is not None]
+    most = bound(fleet, pairs, seconds, sum(charges))
     ratio, stranded = len(done) / most, len(rehearsal.stranded)
     report: dict[str, Any] = {
         "robots": len(fleet.robots),
@@ -139,8 +139,8 @@ def work(
     return pairs, rehearsal
 
 
-def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float) -> float:
-    """Return the number of tasks of this mix that no plan exceeds, even one that knows all from the start.
+def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float, left: float) -> float:
+    """Return the number of tasks of this mix that no plan exceeds which leaves as much charge, even one that knows all.
 
     The linear program counts moves: loaded ones of tasks, empty ones between places, and ones to and from chargers.
     As many moves end at a place as begin there, but for one of each robot. All together have the time of the robots,
@@ -168,7 +168,7 @@ def bound(fleet: ChargingFleet, pairs: Sequence[tuple[int, int]], seconds: float
     times, energies = metres / SPEED + handling + at_charger, metres * PER_METRE - at_charger * fleet.gain
     start = sum(robot.battery.charge for robot in fleet.robots.values() if robot.battery is not None)
     least = robots * seconds * PER_SECOND
-    limits = [np.full(2 * number, float(robots)), none, np.array([robots * seconds, start - least])]
+    limits = [np.full(2 * number, float(robots)), none, np.array([robots * seconds, start - least - left])]
     most = np.concatenate([np.full(1 + empty, np.inf), none + seconds])
     found = linprog(
         -np.eye(1, len(most))[0],

@@ -28,13 +28,13 @@ def test_the_bound_is_what_time_and_charge_allow(
     monkeypatch.setattr("benchmarks.energy.command.HANDLING", 0.0)
     monkeypatch.setattr("benchmarks.energy.command.PER_METRE", 1e-3)
     monkeypatch.setattr("benchmarks.energy.command.PER_SECOND", 0.0)
-    found = bound(fleet(charge, gain), [(0, 1)] * 100, 3600.0 / SPEED)
+    found = bound(fleet(charge, gain), [(0, 1)] * 100, 3600.0 / SPEED, 0.0)
     assert found == pytest.approx(expected, abs=0.6)  # the last way back is not needed
 
 
 def test_loaded_moves_that_lead_one_way_need_empty_ones_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.energy.command.HANDLING", 0.0)
-    there, both = (bound(fleet(1.0, 1.0), pairs, 1e5) for pairs in ([(0, 1)], [(0, 1), (1, 0)]))
+    there, both = (bound(fleet(1.0, 1.0), pairs, 1e5, 0.0) for pairs in ([(0, 1)], [(0, 1), (1, 0)]))
     assert both == pytest.approx(2.0 * there, rel=0.02)
 
 
