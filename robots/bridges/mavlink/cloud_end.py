@@ -39,7 +39,23 @@ FAREWELL = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Requests:
-    """Called with what comes from the cloud: velocities, active goals, paths, cancelled ones, poses, and stops."""
+    """Called with what comes from the cloud.
+
+    Attributes
+    ----------
+    velocity : callable
+        Takes the speed forward [m/s] and the turn counter-clockwise [rad/s].
+    goals : callable
+        Takes the ids of the active goals.
+    follow : callable
+        Takes the id of a path and its corners on the map [m].
+    cancel : callable
+        Takes the id of a cancelled path.
+    initial_pose : callable
+        Takes a pose on the map.
+    stop : callable
+        Takes whether the robot is stopped.
+    """
 
     velocity: Callable[[float, float], None]
     goals: Callable[[frozenset[str]], None]
@@ -111,7 +127,7 @@ class CloudEnd:
     # -- publishing ----------------------------------------------------------------------------------------------------
 
     def motion(self, motion: VehicleMotion, deviation: float) -> None:
-        """Publish where the vehicle is, in one frame."""
+        """Publish where the vehicle is on the map, with the standard deviation of its position [m]."""
         stamp = _now()
         twist = Twist(Vector3(x=motion.forward, y=motion.left), Vector3(z=motion.turn))
         messages: tuple[tuple[str, Message], ...] = (
