@@ -21,10 +21,11 @@ from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.polygons import Points
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from ppaas.wire.vda5050.master.route import route_of
 from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.mavlink.mission import MissionEnded, PathProgress
+from robots.bridges.mavlink.mission import PathProgress
 from robots.bridges.mavlink.place import VehicleMotion
 from robots.bridges.mavlink.vehicle import BatteryReading
 
@@ -158,7 +159,7 @@ class CloudEnd:
         message = own_pose.feedback(progress.path, progress.text, progress.distance, progress.speed, _now())
         self.link.publish_newest("follow_path/feedback", encode(message))
 
-    def ended(self, end: MissionEnded) -> None:
+    def ended(self, end: PathEnded) -> None:
         """Publish the end of a path, which must arrive."""
         self._must_arrive("follow_path/result", own_pose.result(end.path, end.code, end.reason, _now()))
 
