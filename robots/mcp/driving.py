@@ -11,7 +11,7 @@ from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from robots.mcp.answers import Cancelled, GoalShown, Released, Stopped
 from robots.mcp.narrowed_cloud import NarrowedCloud
-from robots.mcp.tool import Arguments, GoalName, Metres, Progress, RobotAddress, RobotTool
+from robots.mcp.tool import Arguments, GoalName, Metres, Progress, Radians, RobotAddress, RobotTool
 
 logger = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ class TargetArguments(Arguments):
     robot: RobotAddress
     x: Annotated[Metres, Field(description="x [m] in the frame of the robot's map")]
     y: Annotated[Metres, Field(description="y [m]")]
-    yaw: Annotated[Metres, Field(description="Heading at the goal [rad], counter-clockwise from x")] = 0.0
+    yaw: Annotated[Radians, Field(description="Heading at the goal [rad], counter-clockwise from x")] = 0.0
     wait: Annotated[
         float,
         Field(

@@ -20,6 +20,7 @@ from robots.mcp.tool import (
     MapName,
     Metres,
     Progress,
+    Radians,
     RobotAddress,
     RobotTool,
     Rows,
@@ -63,7 +64,7 @@ class PathArguments(RobotArguments):
 
     x: Annotated[Metres, Field(description="x of the goal [m] in the frame of the robot's map")]
     y: Annotated[Metres, Field(description="y of the goal [m]")]
-    yaw: Annotated[Metres, Field(description="Heading at the goal [rad], counter-clockwise from x")] = 0.0
+    yaw: Annotated[Radians, Field(description="Heading at the goal [rad], counter-clockwise from x")] = 0.0
     start: (
         Annotated[list[Metres], Field(min_length=2, max_length=3, description="x, y [m] and, optionally, yaw [rad]")]
         | None

@@ -20,6 +20,7 @@ RobotAddress = Annotated[
 MapName = Annotated[str, Field(pattern=f"^{_NAME}$", description="Id of the map, as list_robots shows it")]
 GoalName = Annotated[str, Field(pattern=f"^{_NAME}$", description="Id of the goal, as go_to returns it")]
 Metres = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Radians = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 
 MOST_ROWS = 100
 """Rows of a list that are returned by default."""

@@ -144,7 +144,7 @@ class _Reader:
                         )
                     merged = self._pairs(each, above, depth + 1) | merged
                 continue
-            name = str(self._loader.construct_object(key, deep=True))
+            name = str(self._constructed(key))
             if name in own:
                 self.repeated.append((".".join((*above, name)), key.start_mark.line + 1))
             own[name] = (key, value)
@@ -158,7 +158,16 @@ class _Reader:
         self._left -= self._size(node, depth)
         if self._left < 0:
             raise InvalidParameter(f"the parameter file has more than {MAX_VALUES} values")
-        yield path, GivenValue(self._loader.construct_object(node, deep=True), node.start_mark.line + 1)
+        yield path, GivenValue(self._constructed(node), node.start_mark.line + 1)
+
+    def _constructed(self, node: yaml.Node) -> Any:
+        """Return the value of a node; what only looks like a date or a number, such as 2026-13-45, is text."""
+        try:
+            return self._loader.construct_object(node, deep=True)
+        except ValueError as error:
+            if isinstance(node, yaml.ScalarNode):
+                return node.value
+            raise InvalidParameter(f"line {node.start_mark.line + 1}: {error}") from error
 
     def _size(self, node: yaml.Node, depth: int) -> int:
         """Return the number of scalars of a value, before it is constructed."""

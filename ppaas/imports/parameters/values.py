@@ -34,9 +34,13 @@ def number(value: Any) -> float:
         value = float(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InvalidParameter(f"it must be a number, not {_shown(value)}")
-    if not math.isfinite(value):
-        raise InvalidParameter(f"it must be finite, not {value}")
-    return float(value)
+    try:
+        found = float(value)
+    except OverflowError as error:
+        raise InvalidParameter(f"it must be finite, not {_shown(value)}") from error
+    if not math.isfinite(found):
+        raise InvalidParameter(f"it must be finite, not {found}")
+    return found
 
 
 def magnitude(value: Any) -> float:
@@ -148,7 +152,7 @@ def within(least: int, most: int) -> Convert:
 
 def times(factor: float) -> Convert:
     """Return a conversion that multiplies a number."""
-    return lambda value: factor * number(value)
+    return lambda value: number(factor * number(value))
 
 
 def one_of(names: dict[str, str]) -> Convert:

@@ -145,8 +145,6 @@ class VehicleAuthority:
         self._pending = None
         if message.result == mavlink.MAV_RESULT_ACCEPTED:
             return self._accepted(now)
-        if self.hold is Hold.RELEASING:
-            self.hold = Hold.NONE
         name = mavlink.enums["MAV_RESULT"].get(message.result)
         words = name.name.removeprefix("MAV_RESULT_") if name is not None else f"result {message.result}"
         return self._refused(words)

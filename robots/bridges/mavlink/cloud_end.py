@@ -21,10 +21,11 @@ from ppaas.messages.health.stops import StopState
 from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.polygons import Points
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from ppaas.wire.vda5050.master.route import route_of
 from robots.bridges.core import own_pose
 from robots.bridges.core.cloud_link import CloudLink
-from robots.bridges.mavlink.mission import MissionEnded, PathProgress
+from robots.bridges.mavlink.mission import PathProgress
 from robots.bridges.mavlink.place import VehicleMotion
 from robots.bridges.mavlink.vehicle import BatteryReading
 
@@ -39,7 +40,23 @@ FAREWELL = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Requests:
-    """Called with what comes from the cloud: velocities, active goals, paths, cancelled ones, poses, and stops."""
+    """Called with what comes from the cloud.
+
+    Attributes
+    ----------
+    velocity : callable
+        Takes the speed forward [m/s] and the turn counter-clockwise [rad/s].
+    goals : callable
+        Takes the ids of the active goals.
+    follow : callable
+        Takes the id of a path and its corners on the map [m].
+    cancel : callable
+        Takes the id of a cancelled path.
+    initial_pose : callable
+        Takes a pose on the map.
+    stop : callable
+        Takes whether the robot is stopped.
+    """
 
     velocity: Callable[[float, float], None]
     goals: Callable[[frozenset[str]], None]
@@ -111,7 +128,7 @@ class CloudEnd:
     # -- publishing ----------------------------------------------------------------------------------------------------
 
     def motion(self, motion: VehicleMotion, deviation: float) -> None:
-        """Publish where the vehicle is, in one frame."""
+        """Publish where the vehicle is on the map, with the standard deviation of its position [m]."""
         stamp = _now()
         twist = Twist(Vector3(x=motion.forward, y=motion.left), Vector3(z=motion.turn))
         messages: tuple[tuple[str, Message], ...] = (
@@ -142,7 +159,7 @@ class CloudEnd:
         message = own_pose.feedback(progress.path, progress.text, progress.distance, progress.speed, _now())
         self.link.publish_newest("follow_path/feedback", encode(message))
 
-    def ended(self, end: MissionEnded) -> None:
+    def ended(self, end: PathEnded) -> None:
         """Publish the end of a path, which must arrive."""
         self._must_arrive("follow_path/result", own_pose.result(end.path, end.code, end.reason, _now()))
 

@@ -17,6 +17,9 @@ logger = logging.getLogger("ppaas.bridge")
 BAUD = 57600
 """Usual speed of a telemetry radio [baud]."""
 
+MOST_BAUD = 12_000_000
+"""Largest speed of a serial line [baud], of USB at full speed."""
+
 RETRY = 2.0
 """Time after which a lost connection is opened again [s]."""
 
@@ -49,16 +52,28 @@ class VehicleAddress:
         kind, _, rest = text.partition(":")
         if kind in ("udpin", "udpout", "tcp"):
             host, _, port = rest.rpartition(":")
-            if host and port.isdecimal() and 0 < int(port) < 65536:
+            if _is_host(host) and _is_number(port, 65535):
                 return cls(kind, host, int(port))
         elif text.startswith("/"):
             device, _, baud = text.partition(",")
-            if not baud or baud.isdecimal():
+            if not baud or _is_number(baud, MOST_BAUD):
                 return cls("serial", device, int(baud or BAUD))
         raise InvalidInput(
             f"no address of a vehicle: {text!r}; give udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or "
             "/dev/DEVICE[,BAUD]"
         )
+
+
+def _is_host(text: str) -> bool:
+    """Return whether a text may name a host: the look-up of others fails without an error of the network."""
+    try:
+        return bool(text.encode("idna"))
+    except UnicodeError:
+        return False
+
+
+def _is_number(text: str, most: int) -> bool:
+    return text.isdecimal() and len(text) < 10 and 0 < int(text) <= most
 
 
 class VehicleLine(ABC):

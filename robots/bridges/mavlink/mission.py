@@ -11,6 +11,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
 from ppaas.messages.nav2_motions import FollowPathError
 from ppaas.polygons import Points
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from robots.bridges.mavlink.authority import AuthorityStep, Given, Hold, SendMessage, VehicleAuthority, switched
 from robots.bridges.mavlink.dialect import mavlink
 from robots.bridges.mavlink.place import VehicleMotion
@@ -33,15 +34,6 @@ PROGRESS = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class MissionEnded:
-    """A path has ended: at its end (``NONE``), or with an error and its reason."""
-
-    path: str
-    code: FollowPathError
-    reason: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class PathProgress:
     """Rest of a path [m], speed [m/s], and what the vehicle does in words."""
 
@@ -51,7 +43,7 @@ class PathProgress:
     text: str
 
 
-MissionStep = AuthorityStep | MissionEnded
+MissionStep = AuthorityStep | PathEnded
 
 
 class Phase(Enum):
@@ -271,8 +263,8 @@ class MissionDrive:
     def _arrived(self, now: float) -> list[MissionStep]:
         return [*self.authority.release(now), self._end(FollowPathError.NONE)]
 
-    def _end(self, code: FollowPathError, reason: str = "") -> MissionEnded:
-        ended = MissionEnded(self._path, code, reason)
+    def _end(self, code: FollowPathError, reason: str = "") -> PathEnded:
+        ended = PathEnded(self._path, code, reason)
         self._forget()
         return ended
 

@@ -10,11 +10,12 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.health.diagnostic_msgs import DiagnosticLevel, DiagnosticStatus, KeyValue
 from ppaas.polygons import Points
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from robots.bridges.core.notices import Notices, without_numbers
 from robots.bridges.mavlink.authority import Given, SendMessage, Taken
 from robots.bridges.mavlink.cloud_end import CloudEnd
 from robots.bridges.mavlink.dialect import mavlink
-from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, MissionStep
+from robots.bridges.mavlink.mission import MissionDrive, MissionStep
 from robots.bridges.mavlink.modes import command
 from robots.bridges.mavlink.place import SILENT, VehiclePlace
 from robots.bridges.mavlink.proximity import Proximity
@@ -227,7 +228,7 @@ class Rover:
                     logger.info("vehicle %d is driven by the bridge", self.vehicle.system)
                 case Given():
                     self._yield(step.reason)
-                case MissionEnded():
+                case PathEnded():
                     logger.info("path %s ended: %s", step.path, step.reason or "reached")
                     if self.cloud is not None:
                         self.cloud.ended(step)

@@ -8,11 +8,12 @@ import argparse
 import math
 import sys
 import threading
-from hashlib import sha256
 from pathlib import Path
 from queue import SimpleQueue
 from time import sleep
 
+from ppaas.errors import InvalidInput
+from robots.bridges.mavlink.station import key_of
 from robots.sim.mavlink.body import RoverBody
 from robots.sim.mavlink.rover import SimulatedRover
 from robots.sim.mavlink.serving import STEP, ServedRover
@@ -26,12 +27,11 @@ def main(words: list[str] | None = None) -> None:
     )
     rover = SimulatedRover(arguments.make, start, arguments.system)
     rover.armed = arguments.armed
-    key = None
-    if arguments.passphrase_file is not None:
-        key = sha256(arguments.passphrase_file.read_text().strip().encode()).digest()
-    served = ServedRover(rover, arguments.station, key)
     try:
-        _run(served)
+        key = None if arguments.passphrase_file is None else key_of(arguments.passphrase_file)
+        _run(ServedRover(rover, arguments.station, key))
+    except (InvalidInput, OSError) as error:
+        raise SystemExit(f"robots.sim.mavlink: {error}") from error
     except KeyboardInterrupt:
         return
 
@@ -54,7 +54,7 @@ def _listen(orders: SimpleQueue[str]) -> None:
 def _obey(served: ServedRover, order: str) -> None:
     try:
         served.rover.order(order)
-    except (KeyError, ValueError) as error:
+    except ValueError as error:
         sys.stderr.write(f"{error}\n")
 
 
@@ -69,8 +69,13 @@ def arguments_of(words: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--heading", type=float, default=0.0, help="clockwise from north [°]")
     parser.add_argument("--speed", type=float, default=1.0, help="its top speed [m/s]")
     parser.add_argument("--armed", action="store_true", help="whether it is armed from the beginning")
-    parser.add_argument("--passphrase-file", type=Path, help="sign with the key of a passphrase")
-    return parser.parse_args(words)
+    parser.add_argument("--passphrase-file", type=Path, help="sign with the key of a file: a passphrase, or digits")
+    arguments = parser.parse_args(words)
+    if not 1 <= arguments.system <= 255:
+        parser.error(f"--system is a number from 1 to 255, not {arguments.system}")
+    if not (abs(arguments.latitude) < 90.0 and abs(arguments.longitude) <= 180.0):
+        parser.error("--latitude is between -90 and 90, and --longitude from -180 to 180")
+    return arguments
 
 
 if __name__ == "__main__":

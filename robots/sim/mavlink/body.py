@@ -25,6 +25,7 @@ class RoverBody:
     speed, turn : float
         Forward [m/s], clockwise [rad/s].
     top_speed, top_turn : float
+        Limits of both [m/s], [rad/s].
     """
 
     latitude: float
@@ -45,7 +46,7 @@ class RoverBody:
         self._radii = meridian, across * math.cos(math.radians(self.latitude))
 
     def drive(self, speed: float, turn: float, seconds: float) -> None:
-        """Drive for a time with a speed and a turn, as far as the limits allow."""
+        """Drive for a time [s] with a speed [m/s] and a clockwise turn [rad/s], as far as the limits allow."""
         wanted = min(max(speed, -self.top_speed), self.top_speed)
         most = ACCELERATION * seconds
         self.speed += min(max(wanted - self.speed, -most), most)

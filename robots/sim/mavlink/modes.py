@@ -43,7 +43,9 @@ class ModeTable:
         self.hold, self.velocity, self.mission = (table[name] for name in names)
 
     def named(self, name: str) -> RoverMode:
-        """Return a mode by its name; raises ``KeyError`` for an unknown one."""
+        """Return a mode by its name; raises ``ValueError`` for an unknown one."""
+        if name not in self._table:
+            raise ValueError(f"the rover has no mode {name!r}; it has {', '.join(sorted(self._table))}")
         return self._table[name]
 
     def numbered(self, first: int, second: int) -> RoverMode | None:

@@ -7,9 +7,10 @@ import numpy as np
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.georeference import GeoAnchor
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from robots.bridges.mavlink.authority import VehicleAuthority
 from robots.bridges.mavlink.dialect import Parser, mavlink
-from robots.bridges.mavlink.mission import MissionDrive, MissionEnded, PathProgress
+from robots.bridges.mavlink.mission import MissionDrive, PathProgress
 from robots.bridges.mavlink.place import VehicleMotion, VehiclePlace
 from robots.bridges.mavlink.rover import Rover
 from robots.bridges.mavlink.station import addressed
@@ -30,7 +31,7 @@ class RecordedCloud:
     def __init__(self) -> None:
         self.motions: list[VehicleMotion] = []
         self.problems: list[str] = []
-        self.ends: list[MissionEnded] = []
+        self.ends: list[PathEnded] = []
         self.rests: list[float] = []
         self.scans: list[Any] = []
         self.charges: list[BatteryReading] = []
@@ -44,7 +45,7 @@ class RecordedCloud:
     def localization(self, problem: str) -> None:
         self.problems.append(problem)
 
-    def ended(self, end: MissionEnded) -> None:
+    def ended(self, end: PathEnded) -> None:
         self.ends.append(end)
 
     def progress(self, progress: PathProgress) -> None:

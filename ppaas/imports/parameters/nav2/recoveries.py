@@ -9,8 +9,8 @@ from ppaas.imports.parameters.nav2.writer import DraftWriter
 LIST = "parameters.move_base.recovery_behaviors"
 RATE = "parameters.move_base.planner_frequency"
 
-OF_SERVER = ("spin", "backup")
-"""Names of recoveries that the parameters of the behavior server are for."""
+OF_SERVER = {"rotate_recovery": "spin", "back_up": "backup"}
+"""Names of recoveries that the parameters of the behavior server are for, by their type."""
 
 
 def add_recoveries(writer: DraftWriter, plugins: list[str] | None, content: bytes | None) -> None:
@@ -37,14 +37,17 @@ def add_recoveries(writer: DraftWriter, plugins: list[str] | None, content: byte
         kinds = {ours.get(plugin, "") for plugin in plugins} | {CLEAR[1]}
         tree = replace(tree, recoveries=tuple(each for each in tree.recoveries if each.type in kinds))
         _add_list(writer, tree, "behavior_server", "the recoveries of Nav2's own tree")
-    names = {
-        each["name"] for each in writer.draft.get("parameters", {}).get("move_base", {}).get("recovery_behaviors", ())
-    }
-    for name in OF_SERVER:
+    tables = writer.draft.get("parameters", {})
+    names = {each["name"]: each["type"] for each in tables.get("move_base", {}).get("recovery_behaviors", ())}
+    for name in OF_SERVER.values():
         if name not in names:
-            for parameter in list(writer.draft.get("parameters", {}).get(name, {})):
+            for parameter in list(tables.get(name, {})):
                 writer.drop(f"parameters.{name}.{parameter}", f"no recovery of the robot is {name}")
-            writer.draft.get("parameters", {}).pop(name, None)
+            tables.pop(name, None)
+    for name, kind in names.items():
+        of_server = OF_SERVER.get(kind, name)
+        if name != of_server and of_server in tables:
+            tables[name] = tables[of_server] | tables[name]
 
 
 def _add_tree(writer: DraftWriter, tree: Tree) -> None:

@@ -66,6 +66,16 @@ def test_other_files_are_refused(text: bytes, words: str) -> None:
         read_parameter_file(text)
 
 
+def test_what_looks_like_a_date_or_a_number_and_is_none_is_text() -> None:
+    digits = b"9" * 5000
+    values = read_parameter_file(b"a: {date: 2026-13-45, number: " + digits + b", 2026-02-30: 1}").nodes["a"]
+    assert {name: given.value for name, given in values.items()} == {
+        "date": "2026-13-45", "number": digits.decode(), "2026-02-30": 1,
+    }  # fmt: skip
+    with pytest.raises(InvalidParameter, match="line 2: month must be"):
+        read_parameter_file(b"a:\n  b: [1, 2026-13-45]")
+
+
 def test_marks_that_a_merge_has_left_are_named() -> None:
     text = b"amcl:\n  max_beams: 30\n<<<<<<< HEAD\n  alpha1: 0.2\n=======\n  alpha1: 0.3\n>>>>>>> 9f0c1d2 (noise)\n"
     with pytest.raises(InvalidParameter, match="line 3 is a mark of git, which has not merged two versions"):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from ppaas.messages.nav2_motions import FollowPathError
+from ppaas.wire.vda5050.master.instructions import PathEnded
 from robots.bridges.mavlink.authority import SendMessage, VehicleAuthority
 from robots.bridges.mavlink.dialect import mavlink
-from robots.bridges.mavlink.mission import STUCK, MissionDrive, MissionEnded, Phase, items_of
+from robots.bridges.mavlink.mission import STUCK, MissionDrive, Phase, items_of
 from robots.bridges.mavlink.vehicle import Vehicle
 from robots.sim.mavlink.rover import Make
 from tests.support.mavlink.closed_loop import ANCHOR, ClosedLoop
@@ -35,7 +36,7 @@ def test_a_path_is_driven_to_its_end_corner_by_corner(make: Make) -> None:
         return bool(loop.cloud.ends)
 
     loop.until(there)
-    assert loop.cloud.ends == [MissionEnded("p", FollowPathError.NONE)]
+    assert loop.cloud.ends == [PathEnded("p", FollowPathError.NONE)]
     assert math.hypot(loop.truth.x - 3.0, loop.truth.y - 4.0) < 0.5
     assert corner[0] < 0.5
     assert loop.cloud.rests[0] == pytest.approx(7.0, abs=0.5) and loop.cloud.rests[-1] < 1.5
@@ -71,7 +72,7 @@ def test_the_end_counts_although_the_report_of_it_is_lost(make: Make) -> None:
 
     loop.rover.take = lossy  # type: ignore[method-assign]
     loop.until(lambda: loop.cloud.ends, 20.0)
-    assert loop.cloud.ends == [MissionEnded("p", FollowPathError.NONE)]
+    assert loop.cloud.ends == [PathEnded("p", FollowPathError.NONE)]
 
 
 def test_a_rover_that_has_not_yet_begun_to_drive_a_short_path_is_not_at_its_end() -> None:
@@ -164,12 +165,12 @@ def test_a_refused_mission_and_one_without_an_answer_end_the_path() -> None:
     assert [type(step) for step in drive.follow("p", np.array([[0.0, 0.0], [5.0, 0.0]]), 0.0)] == [SendMessage]
     full = mavlink.MAVLink_mission_ack_message(255, 190, mavlink.MAV_MISSION_NO_SPACE)
     assert drive.take(full, 0.1) == [
-        MissionEnded("p", FollowPathError.INVALID_PATH, "the vehicle refuses the mission: NO_SPACE")
+        PathEnded("p", FollowPathError.INVALID_PATH, "the vehicle refuses the mission: NO_SPACE")
     ]
     drive.follow("q", np.array([[0.0, 0.0], [5.0, 0.0]]), 1.0)
     steps = [step for tenth in range(100) for step in drive.tick(None, 1.0 + 0.1 * tenth)]
     assert sum(isinstance(step, SendMessage) for step in steps) == 4
-    assert steps[-1] == MissionEnded("q", FollowPathError.UNKNOWN, "the vehicle does not answer to a mission")
+    assert steps[-1] == PathEnded("q", FollowPathError.UNKNOWN, "the vehicle does not answer to a mission")
     assert drive.phase is Phase.NONE
 
 

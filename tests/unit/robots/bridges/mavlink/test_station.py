@@ -154,7 +154,13 @@ def test_addresses_are_those_of_mavproxy(text: str, found: tuple[str, str, int])
     assert (address.kind, address.host, address.port) == found
 
 
-@pytest.mark.parametrize("text", ["", "udpin:14550", "udp:1.2.3.4:5", "tcp:host:99999", "/dev/tty,fast", "tcp:host:"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "udpin:14550", "udp:1.2.3.4:5", "tcp:host:99999", "/dev/tty,fast", "tcp:host:", "tcp:a..b:5760",
+        f"udpout:{'a' * 64}:5760", f"tcp:host:{'9' * 5000}", f"/dev/tty,{'9' * 5000}", "/dev/tty,0",
+    ],
+)  # fmt: skip
 def test_other_addresses_are_refused_with_examples(text: str) -> None:
     with pytest.raises(InvalidInput, match="udpin:HOST:PORT"):
         VehicleAddress.parse(text)

@@ -99,5 +99,5 @@ def test_orders_that_it_does_not_know_are_refused() -> None:
     rover = SimulatedRover("ardupilot", RoverBody(47.0, 8.0))
     with pytest.raises(ValueError, match="fly"):
         rover.order("fly")
-    with pytest.raises(KeyError):
+    with pytest.raises(ValueError, match=r"no mode 'FLYING'; it has .*GUIDED"):
         rover.order("mode FLYING")

@@ -130,6 +130,20 @@ def test_the_tree_of_a_robot_replaces_the_default_recoveries() -> None:
     assert (idle.outcome, idle.text) == (ImportOutcome.NO_EFFECT, "no recovery of the robot is spin")
 
 
+def test_parameters_of_the_server_are_for_all_recoveries_of_their_kind() -> None:
+    server = b"behavior_server:\n  ros__parameters: {max_rotational_vel: 0.7, simulate_ahead_time: 1.5}\n"
+    robin = (
+        '<RoundRobin><Spin spin_dist="1.2"/><Spin spin_dist="-1.2"/><BackUp/><BackUp backup_dist="0.4"/></RoundRobin>'
+    )
+    draft, _ = import_nav2(server, "nav2.yaml", tree=NAVIGATION.format(retries=4, recovery=robin).encode())
+    tables = draft["parameters"]
+    assert tables["spin"] == {"max_rotational_vel": 0.7, "spin_dist": 1.2}
+    assert tables["spin_2"] == {"max_rotational_vel": 0.7, "spin_dist": -1.2}
+    assert [tables[name]["simulate_ahead_time"] for name in ("backup", "backup_2")] == [1.5, 1.5]
+    assert tables["backup_2"]["backup_dist"] == 0.4
+    assert refusal({"map": "new:room", **draft}) is None
+
+
 def test_behaviors_that_a_server_lacks_are_no_recoveries() -> None:
     draft, _ = import_nav2(
         b"behavior_server:\n  ros__parameters: {behavior_plugins: [wait], wait.plugin: nav2_behaviors/Wait}\n", "n"
