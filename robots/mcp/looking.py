@@ -30,6 +30,9 @@ from robots.pictures.scene import draw_scene
 MOST_CELLS = 1 << 26
 """Largest map that is drawn [cells]."""
 
+MOST_ROBOTS = 1000
+"""Largest number of robots among which those on the drawn map are looked for."""
+
 MOST_POSES = 100
 """Largest number of poses of a path that are returned."""
 
@@ -119,16 +122,18 @@ async def _map_picture(cloud: NarrowedCloud, arguments: PictureArguments, _progr
         )
     grid = load_map(await cloud.rest.fetch(f"{path}/yaml"), await cloud.rest.fetch(f"{path}/image"))
     zones = await cloud.rest.fetch(f"{path}/zones") if "zones" in described["parts"] else None
+    rows = await cloud.robots(MOST_ROBOTS)
     robots = {
         row["address"]: Pose2D(*row["pose"])
-        for row in await cloud.robots(MOST_ROWS)
+        for row in rows[:MOST_ROBOTS]
         if row["map"] == arguments.map and row["pose"] is not None
     }
+    rest = f" (of the first {MOST_ROBOTS} robots alone)" if len(rows) > MOST_ROBOTS else ""
     image = draw_scene(grid, zones, robots, arguments.size)
     file = io.BytesIO()
     image.picture.save(file, "PNG")
     return [
-        TextContent(text=_caption(arguments.map, image.scale, robots)),
+        TextContent(text=_caption(arguments.map, image.scale, robots) + f"{rest}."),
         ImageContent(data=base64.b64encode(file.getvalue()).decode(), mime_type="image/png"),
     ]
 
@@ -137,7 +142,7 @@ def _caption(map_id: str, scale: float, robots: dict[str, Pose2D]) -> str:
     shown = "; ".join(f"{name} at x {pose.x:.2f}, y {pose.y:.2f}" for name, pose in robots.items()) or "none known"
     return (
         f"Map {map_id}: x to the right, y up, with lines each few metres labelled in the frame of the map; a pixel is "
-        f"{scale:.3g} m. White is free, black an obstacle, grey unknown; coloured areas are zones. Robots: {shown}."
+        f"{scale:.3g} m. White is free, black an obstacle, grey unknown; coloured areas are zones. Robots: {shown}"
     )
 
 

@@ -16,6 +16,7 @@ from PIL import Image
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
 from robots.client.rest import RestClient
+from robots.mcp import looking
 from robots.mcp.narrowed_cloud import NarrowedCloud
 from robots.mcp.server import RobotServer, tools_of
 from tests.support.cloud.served_users import ServedUsers
@@ -146,6 +147,16 @@ async def test_a_server_for_some_robots_knows_no_others(served: ServedUsers, pla
         assert "not-permitted" in await refusal(client, "go_to", robot="tb1", x=1.0, y=1.0)
         assert "not-permitted" in await refusal(client, "plan_path", robot="tb1", x=1.0, y=1.0)
     assert not delivered(place)
+
+
+async def test_a_picture_of_a_large_fleet_names_what_it_leaves_out(
+    served: ServedUsers, place: StillRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await RestClient(served.url, served.tokens["ann"]).upload_map("house", records.YAML, records.pgm(20, 10))
+    async with connected(served) as client:
+        assert "robots alone" not in text_of(await client.call_tool("map_picture", {"map": "house"}))
+        monkeypatch.setattr(looking, "MOST_ROBOTS", 1)
+        assert "(of the first 1 robots alone)" in text_of(await client.call_tool("map_picture", {"map": "house"}))
 
 
 async def test_a_map_is_listed_and_drawn_with_its_robots(served: ServedUsers, place: StillRobot) -> None:
