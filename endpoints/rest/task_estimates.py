@@ -1,15 +1,14 @@
 """Estimates of when a new task ends: a rehearsal of the tasks of its map with the robots that are connected."""
 
 import asyncio
-import math
 
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.resources.services import Services
 from endpoints.rest.task_schemas import EstimateAnswer
 from engine.control.planning.requests import CostRequest
+from engine.control.tasks.task_maps import distance_by, task_map_on
 from engine.specs.containers import MapVersion
-from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.tasks.assignment import Distance, labels_of, worth
 from ppaas.tasks.orders import RobotNow
@@ -76,6 +75,9 @@ def _considered(stored: list[Task], task: Task, now: float) -> list[Task]:
 
 async def _ways(services: Services, record: MapTask, version: MapVersion, starts: list[Place]) -> Distance:
     """Return the lengths of the ways of a task alone: those of the others are straight lines."""
+    resolution = (await run_in_threadpool(task_map_on, services.map_store, version)).resolution
+    if resolution is None:
+        return straight
     places = record.task.places
     ends = tuple(dict.fromkeys((*starts, *places)))
     try:
@@ -84,13 +86,7 @@ async def _ways(services: Services, record: MapTask, version: MapVersion, starts
             answer = await services.cloud.planning.compute_costs(record.user, version, request)
     except (PPaaSError, TimeoutError):
         return straight
-    rows = from_json(bytes(answer.costs), list[list[float | None]])
-    known = {
-        (start, goal): math.inf if cost is None else cost
-        for start, row in zip(ends, rows, strict=True)
-        for goal, cost in zip(places, row, strict=True)
-    }
-    return lambda start, goal: known.get((start, goal), straight(start, goal))
+    return distance_by(answer, ends, places, resolution)
 
 
 def _rehearsed(

@@ -12,8 +12,8 @@ from engine.protocols import robot_link
 from engine.sessions.place.client_actions import MAX_ACTIONS
 from tests.support.endpoints.still_place import StillClient, StillPlace, error_of, says
 
-DOCK = {"action": "/dock", "type": "nav2_msgs/action/DockRobot"}
-GOAL = {"op": "send_action_goal", "action": "/dock", "action_type": "nav2_msgs/action/DockRobot"}
+DOCK = {"action": "/dock", "type": "dock_msgs/action/Dock"}
+GOAL = {"op": "send_action_goal", "action": "/dock", "action_type": "dock_msgs/action/Dock"}
 RESULT = {"op": "action_result", "action": "/dock"}
 
 
@@ -72,7 +72,7 @@ async def test_3_2_10_rosapi_lists_the_action_with_its_type(client: StillClient,
     [answer] = says(other, op="call_service", service="/rosapi/action_servers")
     assert "/dock" in answer["values"]["action_servers"]
     [answer] = says(other, op="call_service", service="/rosapi/action_type", args={"action": "/dock"})
-    assert answer["values"] == {"type": "nav2_msgs/action/DockRobot"}
+    assert answer["values"] == {"type": "dock_msgs/action/Dock"}
 
 
 # -- 3.2.11 Unadvertise action -----------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ async def test_3_2_12_a_goal_of_another_type_is_refused_with_a_result(client: St
     client.say(op="advertise_action", **DOCK)
     [result] = says(other, **GOAL | {"action_type": "nav2_msgs/action/Spin"}, id="g")
     assert (result["id"], result["status"], result["result"]) == ("g", 0, False)
-    assert "has type DockRobot, not Spin" in result["values"]
+    assert "has type Dock, not Spin" in result["values"]
     assert client.received() == []
 
 

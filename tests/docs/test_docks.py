@@ -69,8 +69,8 @@ def test_the_numbers_of_the_bench_are_those_of_the_code() -> None:
 
 
 @pytest.mark.journey
-def test_a_robot_docks_by_the_commands_of_the_page(cloud: RunningCloud, tmp_path: Path) -> None:
-    printed = run_shell(script(PAGE), tmp_path, cloud)
+def test_a_robot_docks_by_the_commands_of_the_page(own_cloud: RunningCloud, tmp_path: Path) -> None:
+    printed = run_shell(script(PAGE), tmp_path, own_cloud)
     assert "waiting for charge" in printed
     rows = [line.split() for line in printed.splitlines()]
     assert ["succeeded", "0", "0"] in rows

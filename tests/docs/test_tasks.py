@@ -76,27 +76,27 @@ def robot() -> RobotFile:
 
 @pytest.mark.journey
 async def test_a_robot_does_a_task_of_the_command_line(
-    cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
+    own_cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
 ) -> None:
-    rest = await cloud.admin()
+    rest = await own_cloud.admin()
     await publish_map(rest, "office", office)
     await rest.put_robot("tb1", robot)
     commands, _, chains, missions = blocks(PAGE, "sh")
-    printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, cloud)
+    printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, own_cloud)
     assert "pick_drop" in printed and "queued" in printed
     tasks_of_office = path_of("maps", "office", "tasks")
     first = (await rest.items(tasks_of_office))[0]["id"]
     more = tmp_path / "more"
     more.mkdir()
     printed = await asyncio.to_thread(
-        run_shell, f"export PPAAS_TOKEN={rest.token}\n{chains.replace('TASK', first)}\n{missions}", more, cloud
+        run_shell, f"export PPAAS_TOKEN={rest.token}\n{chains.replace('TASK', first)}\n{missions}", more, own_cloud
     )
     assert re.search(r"\b[34] of 4 tasks done by 1 robots in \d+ s", printed), printed
     assert (more / "morning.png").stat().st_size > 1000
     for task in reversed(await rest.items(tasks_of_office)):  # one that waits for another goes first
         await rest.delete(path_of("maps", "office", "tasks", task["id"]))
     assert rest.token is not None
-    async with driving(cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
+    async with driving(own_cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
         body = {"kind": "pick_drop", "places": [[3.0, 2.0], [2.5, 2.0]], "holds": [{"confirm": True}, None]}
         task = await rest.post(tasks_of_office, body)
         path, confirmed = path_of("maps", "office", "tasks", task["id"]), 0

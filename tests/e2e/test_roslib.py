@@ -89,6 +89,6 @@ async def test_a_robot_offers_an_action_to_its_operator(node: str, cloud: Runnin
     assert found["ends"]["away"]["failed"].startswith("GoalError: Action was canceled")
     assert found["ends"]["gone"]["failed"]
     assert found["beats"][1] > found["beats"][0]
-    assert found["actionType"] == "nav2_msgs/action/DockRobot"
+    assert found["actionType"] == "dock_msgs/action/Dock"
     # roslib sends no type with a call, so it gets types as in ROS 1.
     assert (found["topicType"], found["version"]) == ("geometry_msgs/Twist", 2)

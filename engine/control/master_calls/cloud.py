@@ -33,7 +33,8 @@ from engine.control.robot_nodes import RobotNodes
 from engine.control.robot_stops import RobotStops, StopCalls
 from engine.control.tasks.group import KEPT_FOR
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner, sites_on
+from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.task_maps import task_map_on
 from engine.control.traffic_groups import TrafficGroups
 from engine.control.views import EndpointView, GoalView, LifelongRobot, MappingRobot, UserUsage
 from engine.links.place_link import PlaceLink
@@ -355,7 +356,7 @@ class Cloud:
         """
         return TaskRunner(
             store, self._task_robots, self._task_news, self.planning.compute_costs,
-            changed=self.events.task_changed, kept_for=kept_for, sites=partial(sites_on, maps),
+            changed=self.events.task_changed, kept_for=kept_for, task_map=partial(task_map_on, maps),
         )  # fmt: skip
 
     def hear_goals(self, users: Collection[str]) -> None:

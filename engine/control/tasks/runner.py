@@ -3,29 +3,24 @@
 import asyncio
 import contextlib
 import logging
-import math
 from collections import Counter
 from collections.abc import Awaitable, Callable
 from functools import partial
 
 from engine.control.planning.requests import CostAnswer, CostRequest
-from engine.control.tasks.group import KEPT_FOR, Changed, TaskGroup
+from engine.control.tasks.group import KEPT_FOR, Changed, Measure, TaskGroup
 from engine.control.tasks.robots import TaskRobots
+from engine.control.tasks.task_maps import TaskMap, distance_by
 from engine.processes.background import repeat
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
-from ppaas.decoding import from_json
-from ppaas.energy.sites import NO_SITES, Sites, sites_of
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Place, TaskState
-from ppaas.zones.reading import zones_of
-from storage.map_port import MapStore
+from ppaas.tasks.records import TaskState
 from storage.names import Group
 from storage.ports import Store
-from storage.versions import ZONES
 
 logger = logging.getLogger(__name__)
 
@@ -44,15 +39,18 @@ async def no_ways(_dispatcher: Dispatcher, _now: float) -> Distance:
     return straight
 
 
-async def ways(costs: Costs, user: str, version: MapVersion, dispatcher: Dispatcher, now: float) -> Distance:
+async def ways(costs: Costs, user: str, on: TaskMap, dispatcher: Dispatcher, now: float) -> Distance:
     """Return the lengths of the ways from robots to tasks; straight lines if no planning container answers in time.
+
+    A way near obstacles counts as longer, by its cost.
 
     Parameters
     ----------
     costs : callable
         Computes a matrix of costs.
     user : str
-    version : MapVersion
+    on : TaskMap
+        Version of the map.
     dispatcher : Dispatcher
         Has the robots and the tasks.
     now : float
@@ -60,31 +58,15 @@ async def ways(costs: Costs, user: str, version: MapVersion, dispatcher: Dispatc
     """
     starts = tuple(dict.fromkeys(candidate.place for candidate in dispatcher.candidates(now)))
     goals = tuple(dict.fromkeys(task.target for task in dispatcher.undecided(now)))
+    if on.resolution is None:
+        return straight
     try:
         async with asyncio.timeout(TIMEOUT):
-            answer = await costs(user, version, CostRequest(starts, goals, TIMEOUT))
+            answer = await costs(user, on.version, CostRequest(starts, goals, TIMEOUT))
     except (PPaaSError, TimeoutError) as error:
-        logger.debug("tasks on map %r are assigned by straight lines: %s", version.id, error)
+        logger.debug("tasks on map %r are assigned by straight lines: %s", on.version.id, error)
         return straight
-    rows = from_json(bytes(answer.costs), list[list[float | None]])
-    known: dict[tuple[Place, Place], float] = {
-        (start, goal): math.inf if cost is None else cost
-        for start, row in zip(starts, rows, strict=True)
-        for goal, cost in zip(goals, row, strict=True)
-    }
-    return lambda start, goal: known.get((start, goal), straight(start, goal))
-
-
-# -- places where robots charge and park -------------------------------------------------------------------------------
-
-
-def sites_on(maps: MapStore, version: MapVersion) -> Sites:
-    """Return where robots charge and park on a version of a map; nowhere if it is removed or has no zones."""
-    try:
-        with maps.open_map(version.id, version.version, only=(ZONES,)) as opened:
-            return sites_of(zones_of(bytes(opened.buffers[ZONES]))) if ZONES in opened.buffers else NO_SITES
-    except NotFound:
-        return NO_SITES
+    return distance_by(answer, starts, goals, on.resolution)
 
 
 # -- all tasks ---------------------------------------------------------------------------------------------------------
@@ -140,8 +122,8 @@ class TaskRunner:
         Called with user, map and each task whose state has changed.
     kept_for : float
         Time for which a task is kept after its end [s].
-    sites : callable
-        Returns where robots charge and park on a version of a map; it is called once for each, in a thread.
+    task_map : callable
+        Returns what tasks need of a version of a map; it is called once for each, in a thread.
     """
 
     def __init__(
@@ -154,7 +136,7 @@ class TaskRunner:
         *,
         changed: Changed = lambda _user, _map, _task: None,
         kept_for: float = KEPT_FOR,
-        sites: Callable[[MapVersion], Sites] = lambda _version: NO_SITES,
+        task_map: Callable[[MapVersion], TaskMap] = TaskMap,
     ) -> None:
         self._store = store
         self._robots = robots
@@ -163,8 +145,8 @@ class TaskRunner:
         self._clock = clock
         self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed)
         self._kept_for = kept_for
-        self._read_sites = sites
-        self._sites: dict[Group, tuple[MapVersion, Sites]] = {}
+        self._read_map = task_map
+        self._maps: dict[Group, TaskMap] = {}
         self._groups: dict[Group, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
         self._searched_at = float("-inf")
@@ -219,16 +201,18 @@ class TaskRunner:
     async def _lead(self, group: TaskGroup, robots: dict[str, MapVersion], now: float) -> None:
         user, _ = group.group
         labels = {robot: await self._labels_of(user, robot, now) for robot in sorted(robots)}
+        measure: Measure = no_ways
         if robots:
-            group.sites = await self._sites_of(group.group, next(iter(robots.values())))
-        measure = partial(ways, self._costs, user, next(iter(robots.values()))) if robots else no_ways
+            on = await self._map_of(group.group, next(iter(robots.values())))
+            group.sites = on.sites
+            measure = partial(ways, self._costs, user, on)
         await group.step(labels, now, measure)
 
-    async def _sites_of(self, group: Group, version: MapVersion) -> Sites:
-        known = self._sites.get(group)
-        if known is None or known[0] != version:
-            known = self._sites[group] = version, await asyncio.to_thread(self._read_sites, version)
-        return known[1]
+    async def _map_of(self, group: Group, version: MapVersion) -> TaskMap:
+        known = self._maps.get(group)
+        if known is None or known.version != version:
+            known = self._maps[group] = await asyncio.to_thread(self._read_map, version)
+        return known
 
     async def _labels_of(self, user: str, robot: str, now: float) -> dict[str, str]:
         read_at, labels = self._labels.get((user, robot), (float("-inf"), {}))

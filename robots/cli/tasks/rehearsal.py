@@ -9,6 +9,7 @@ import msgspec
 
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
+from ppaas.planners.weights import free_length
 from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import straight
@@ -72,11 +73,15 @@ async def _ways(client: "RestClient", map_id: str, tasks: list[Task], robots: Ma
     starts = list(dict.fromkeys([*(robot.place for robot in robots.values() if robot.place), *goals]))
     known: dict[tuple[Place, Place], float] = {}
     rows = max(1, MOST_COSTS // len(goals))
+    resolution = (await client.get(path_of("maps", map_id)))["resolution"]
     for first in range(0, len(starts), rows):
         part = starts[first : first + rows]
         answer = await client.post(path_of("maps", map_id, "cost_matrix"), {"starts": part, "goals": goals})
         for start, row in zip(part, answer["costs"], strict=True):
-            known |= {(start, goal): math.inf if cost is None else cost for goal, cost in zip(goals, row, strict=True)}
+            known |= {
+                (start, goal): math.inf if cost is None else free_length(cost, resolution)
+                for goal, cost in zip(goals, row, strict=True)
+            }
     return lambda start, goal: known.get((start, goal), straight(start, goal))
 
 

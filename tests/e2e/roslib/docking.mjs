@@ -4,7 +4,7 @@
 import { Action, Ros, Service, Topic } from "roslib";
 
 const [url, namespace] = process.argv.slice(2);
-const actionType = "nav2_msgs/action/DockRobot";
+const actionType = "dock_msgs/action/Dock";
 setTimeout(() => { console.error("nothing more came"); process.exit(1); }, 60_000).unref();
 
 async function open(address) {

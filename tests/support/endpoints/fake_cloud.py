@@ -275,10 +275,11 @@ class FakePlanning(FakePart, Planning):
         return answer, poses
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
-        """Answer with cost 50 for each goal except the first, to which there is no path; lengths are distances."""
+        """Answer with one cost for each goal but the first, to which there is no path; lengths are distances."""
         self._cloud.costs_asked.append((user, version, request))
         self._cloud.fail()
-        rows: list[list[float | None]] = [[None, *[50.0] * (len(request.goals) - 1)]] * len(request.starts)
+        row = [None, *[self._cloud.path_cost] * (len(request.goals) - 1)]
+        rows: list[list[float | None]] = [row] * len(request.starts)
         if request.parameters.get("lengths"):
             rows = [[math.dist(start[:2], goal[:2]) for goal in request.goals] for start in request.starts]
         costs = Raw(json.dumps(rows))
@@ -358,6 +359,7 @@ class FakeCloud:
         """Facts about robots that other processes know, as JSON."""
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
+        self.path_cost = 50.0
         self.fleets_asked: list[tuple[str, MapVersion, FleetRequest]] = []
         self.error: Exception | None = None
         self.observations: Observations | None = None

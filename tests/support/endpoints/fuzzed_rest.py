@@ -29,6 +29,7 @@ from storage.records import MapTask, Token, User
 from storage.sharing_records import Share
 from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.fake_journeys import FakeJourneys
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillRobot
@@ -153,6 +154,7 @@ def fuzzed_service() -> Iterator[FuzzedService]:
         webhooks=Webhooks(store, FleetEvents(), TargetRules(), audit),
         retention=Retention(Kept(store, audit, kept), audit, {}),
     )  # fmt: skip
+    services.journeys = FakeJourneys()
     service = FuzzedService(services, cloud)
     ready = threading.Event()
     loop = asyncio.new_event_loop()

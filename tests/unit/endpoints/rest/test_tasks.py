@@ -11,6 +11,7 @@ from endpoints.rest import tasks
 from engine.control.views import ReportedRobot
 from engine.specs.robot_report import StateReport
 from ppaas.errors import Conflict, Unavailable
+from ppaas.planners.weights import NEUTRAL
 from ppaas.tasks.reach import SPEED
 from ppaas.tasks.records import TaskState
 from tests.support.endpoints.fake_cloud import FakeCloud
@@ -187,6 +188,7 @@ async def test_the_answer_to_a_new_task_has_its_end_and_whether_its_deadline_can
     second = await add(client, ann, places=[[3.0, 5.0]])
     assert second["estimate"]["finish"] == pytest.approx(second["created"] + 6.0 / SPEED, abs=0.5)
     assert cloud.costs_asked == []
+    cloud.path_cost = 50.0 * NEUTRAL / 0.05  # 50 m on cells of 5 cm
     places, deadline = [[0.0, 0.0], [3.0, 4.0]], second["created"] + 30.0
     late = await add(client, ann, kind="pick_drop", places=places, deadline=deadline, priority=90)
     assert late["estimate"]["late"] is True  # 50 m by the ways of the map

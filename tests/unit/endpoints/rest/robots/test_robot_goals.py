@@ -1,16 +1,13 @@
 """Pose and goals of robots over REST."""
 
 import httpx
-import msgspec
 import pytest
 
 from endpoints.resources.services import Services
 from engine.control import robot_navigation
-from engine.control.views import GoalView
 from engine.master.places import robot_key
-from ppaas.errors import InvalidBuilding, NotFound
-from ppaas.geometry import Pose2D
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fake_journeys import FakeJourneys
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.still_place import StillRobot
 from tests.support.storage import records
@@ -99,36 +96,12 @@ async def test_an_invalid_goal_is_refused(
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json=body), 422, "invalid-request")
 
 
-class Journeys:
-    """Leads one journey, or refuses."""
-
-    def __init__(self) -> None:
-        self.sent: list[GoalView] = []
-        self.asked: list[tuple[str, str, str]] = []
-
-    async def send_to_floor(self, user: str, robot: str, floor: str, pose: Pose2D) -> GoalView:
-        if floor != "L2":
-            raise InvalidBuilding(f"there is no floor {floor!r}")
-        self.asked.append((user, robot, floor))
-        self.sent.append(GoalView("journey-1", (pose.x, pose.y, pose.theta), "active", "", 50.0))
-        return self.sent[-1]
-
-    async def journeys(self, user: str, robot: str) -> list[GoalView]:
-        return self.sent
-
-    async def cancel_journey(self, user: str, robot: str, goal_id: str) -> GoalView:
-        if goal_id not in {goal.id for goal in self.sent}:
-            raise NotFound("goal", goal_id)
-        self.sent = [msgspec.structs.replace(self.sent[0], state="canceled", ended=60.0)]
-        return self.sent[0]
-
-
 async def test_a_goal_on_a_floor_is_a_journey(
     client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot, services: Services, cloud: FakeCloud
 ) -> None:
     body = {"pose": [4.0, 1.5], "floor": "L2"}
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json=body), 503, "unavailable")
-    services.journeys = led = Journeys()
+    services.journeys = led = FakeJourneys()
     other = (await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 1.0]})).json()
     sent = await client.post(f"{PATH}/goals", headers=ann, json=body)
     assert (sent.status_code, sent.json()["id"], led.asked) == (201, "journey-1", [("ann", "tb1", "L2")])
@@ -145,7 +118,7 @@ async def test_a_goal_on_a_floor_is_a_journey(
 async def test_all_goals_are_cancelled_with_those_on_floors(
     client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot, services: Services, cloud: FakeCloud
 ) -> None:
-    services.journeys = led = Journeys()
+    services.journeys = led = FakeJourneys()
     await client.post(f"{PATH}/goals", headers=ann, json={"pose": [4.0, 1.5], "floor": "L2"})
     assert (await client.delete(f"{PATH}/goals", headers=ann)).status_code == 202
     assert led.sent[0].state == "canceled"

@@ -14,7 +14,8 @@ from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner, sites_on
+from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.task_maps import TaskMap, task_map_on
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
 from engine.protocols import robot_link
@@ -25,6 +26,7 @@ from ppaas.energy.battery import SAMPLES
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.planners.weights import NEUTRAL
 from ppaas.tasks.assignment import labels_of
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.options import After, PlaceHold, Repeat
@@ -39,6 +41,11 @@ from tests.support.geojson import collection, feature
 from tests.support.storage.records import house, put_map, robot
 
 GOAL, CANCEL = "move_base/goal", "move_base/cancel"
+
+
+def in_metres(version: MapVersion, sites: Sites = NO_SITES) -> TaskMap:
+    """Return a map on which the cost of a free path is its length [m]."""
+    return TaskMap(version, sites, NEUTRAL)
 
 
 class Hall:
@@ -66,7 +73,7 @@ class Hall:
         self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=lambda _key, _goal: self.news.wake.set()))
         for key in self.places:
             self.robots.place_opened(key)
-        self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock)
+        self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock, task_map=in_metres)
 
     async def compute(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
         self.asked.append(request)
@@ -450,11 +457,11 @@ def report_battery(place: StillRobot, charge: float) -> None:
 async def test_robots_charge_at_docks_of_their_map_also_when_all_tasks_are_done(hall: Hall) -> None:
     read: list[MapVersion] = []
 
-    def sites(version: MapVersion) -> Sites:
+    def task_map(version: MapVersion) -> TaskMap:
         read.append(version)
-        return Sites({"dock": (3.0, 0.0, 0.0)})
+        return in_metres(version, Sites({"dock": (3.0, 0.0, 0.0)}))
 
-    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, sites=sites)
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=task_map)
     place = hall.connect("r")
     report_battery(place, 0.2)
     hall.add("t", 5.0, state="done", ended=hall.clock())
@@ -496,14 +503,15 @@ async def test_what_a_robot_drives_teaches_what_its_battery_does(hall: Hall) -> 
     assert hall.robots.now("ann", "r", {}).battery is None
 
 
-def test_docks_are_read_from_the_zones_of_a_version() -> None:
+def test_docks_and_cells_are_read_from_a_version() -> None:
     maps = MemoryMapStore()
     version = MapVersion("house", "v9")
-    assert sites_on(maps, version) == NO_SITES
+    assert task_map_on(maps, version) == TaskMap(version, NO_SITES, None)
     point = {"type": "Point", "coordinates": [0.0, 0.0]}
     zones = collection(feature(point, name="a", kind="dock", yaw=0.5))
     record = put_map(maps, house(zones=zones))
-    assert sites_on(maps, MapVersion(record.id, record.version)).chargers == {"a": (0.0, 0.0, 0.5)}
+    found = task_map_on(maps, MapVersion(record.id, record.version))
+    assert (found.sites.chargers, found.resolution) == ({"a": (0.0, 0.0, 0.5)}, 0.05)
 
 
 async def test_changes_of_tasks_are_reported_once(hall: Hall) -> None:

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from engine.control.views import ReportedRobot
 from engine.specs.robot_report import StateReport
+from ppaas.planners.weights import NEUTRAL
 from robots.cli.tasks import task
 from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import house, put_map, robot
@@ -69,6 +70,7 @@ async def test_times_of_a_dry_run_are_those_of_ways_and_holds(office: CommandLin
     path.write_text(json.dumps(MISSION | {"tasks": [reordered, MISSION["tasks"][1]]}))
     picture = tmp_path / "mission.png"
     words = ["--dry-run", "--json", "--picture", str(picture)]
+    office.cloud.path_cost = 50.0 * NEUTRAL / 0.05  # 50 m on cells of 5 cm
     found = json.loads((await office("task", "run", str(path), *words)).out)
     assert picture.read_bytes().startswith(b"\x89PNG")
     rows = {row["task"]: row for row in found}
