@@ -21,14 +21,6 @@ RELATIVE_ERROR = 0.5 / (SCALE * NEUTRAL * SQRT2)
 """Bound of the relative error of a path's cost in fixed point: half a unit on the cheapest diagonal move."""
 
 
-def free_length(cost: float, resolution: float) -> float:
-    """Return the length of a path through free cells that has a cost [m], on cells of a size [m].
-
-    A path near obstacles costs more than a free one of its length.
-    """
-    return cost * resolution / NEUTRAL
-
-
 def exact_weights() -> NDArray[np.float64]:
     """Return the (256,) weight of each cost byte; the weight of 254 is infinite.
 

@@ -1,4 +1,4 @@
-"""What tasks need of their map: where robots charge and park, and lengths of ways by the costs of planners."""
+"""Maps of tasks: where robots charge and park on them, and lengths of ways by the costs of planners."""
 
 import math
 from collections.abc import Sequence
@@ -10,9 +10,8 @@ from ppaas.decoding import from_json
 from ppaas.energy.sites import NO_SITES, Sites, sites_of
 from ppaas.errors import NotFound
 from ppaas.maps.formats.map_files import read_info
-from ppaas.planners.weights import free_length
 from ppaas.tasks.assignment import Distance
-from ppaas.tasks.reach import straight
+from ppaas.tasks.reach import free_length, straight
 from ppaas.tasks.records import Place
 from ppaas.zones.reading import zones_of
 from storage.map_port import MapStore

@@ -9,10 +9,9 @@ import msgspec
 
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
-from ppaas.planners.weights import free_length
 from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.orders import RobotNow
-from ppaas.tasks.reach import straight
+from ppaas.tasks.reach import free_length, straight
 from ppaas.tasks.records import Place, Task
 from ppaas.tasks.rehearsal import Rehearsal
 from robots.client.cloud_url import path_of
