@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Protocol
 
 from ppaas.errors import InvalidMap, NotFound
+from ppaas.zones.reading import zones_of
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 from storage.records import MapRecord, MapReview, MapVersionRecord, ProposedChange, Publication
 from storage.staged_uploads import Buffer, StagedUpload
-from storage.versions import IMAGE, PARTS, YAML
+from storage.versions import IMAGE, PARTS, YAML, ZONES
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,10 @@ class OpenMap:
         if YAML not in self.buffers:
             raise no_grid(self.record)
         return bytes(self.buffers[YAML]), self.buffers[IMAGE]
+
+    def zones(self) -> ZoneSet:
+        """Return the zones of a map; none if it has no file of them."""
+        return zones_of(bytes(self.buffers[ZONES])) if ZONES in self.buffers else NO_ZONES
 
 
 def no_grid(record: MapRecord) -> InvalidMap:

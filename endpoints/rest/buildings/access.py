@@ -13,7 +13,6 @@ from ppaas.buildings.building import Building
 from ppaas.buildings.checks import warnings_of
 from ppaas.buildings.layout import BuildingLayout, layout_of
 from ppaas.errors import NotFound, NotPermitted
-from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import ZoneSet
 from storage.buildings.records import BuildingRecord, BuildingStore, no_building
 from storage.records import User
@@ -68,8 +67,7 @@ def layout_for(services: Services, user: User, building: Building) -> BuildingLa
     for floor in building.floors:
         try:
             with opened_map(services, user, floor.map, only=(ZONES,)) as opened:
-                if ZONES in opened.buffers:
-                    zones[floor.name] = zones_of(bytes(opened.buffers[ZONES]))
+                zones[floor.name] = opened.zones()
         except NotFound:
             unread.append(f"floor {floor.name!r}: there is no map {floor.map!r} that you may read; it has no places")
     layout = layout_of(building, zones)

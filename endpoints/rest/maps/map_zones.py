@@ -21,9 +21,8 @@ from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.maps.formats.map_files import read_info
 from ppaas.zones.gate import CheckedZones, checked_zones
-from ppaas.zones.reading import geojson_of, with_time_zones, zones_of
+from ppaas.zones.reading import geojson_of, with_time_zones
 from ppaas.zones.zone import NO_ZONES, ZoneSet
-from storage.map_port import OpenMap
 from storage.records import MapRecord, Publication, User
 from storage.versions import ALL_BUT_ZONES, IMAGE, YAML, ZONES
 
@@ -107,7 +106,7 @@ async def _checked(request: Request, services: Services, user: User, map_id: str
 def _check(services: Services, user: User, map_id: str, body: bytes) -> CheckedZones:
     with opened_map(services, user, map_id, only=(YAML, IMAGE, ZONES)) as opened:
         info = read_info(*opened.grid())
-        return checked_zones(body, info, _read(opened))
+        return checked_zones(body, info, opened.zones())
 
 
 async def _change(request: Request, services: Services, publication: Publication, zones: ZoneSet) -> MapRecord:
@@ -131,11 +130,7 @@ def _publish(services: Services, owner: str, publication: Publication, zones: Zo
 
 def _zones(services: Services, user: User, map_id: str, version: str | None = None) -> tuple[MapRecord, ZoneSet]:
     with opened_map(services, user, map_id, version, only=(ZONES,)) as opened:
-        return opened.record, _read(opened)
-
-
-def _read(opened: OpenMap) -> ZoneSet:
-    return zones_of(bytes(opened.buffers[ZONES])) if ZONES in opened.buffers else NO_ZONES
+        return opened.record, opened.zones()
 
 
 def _answer(record: MapRecord, content: bytes) -> Response:

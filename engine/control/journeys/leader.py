@@ -33,7 +33,6 @@ from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
-from ppaas.zones.reading import zones_of
 from storage.buildings.records import BuildingRecord
 from storage.ports import MapStore, Store
 from storage.versions import ZONES
@@ -280,8 +279,7 @@ class JourneyLeader:
                 contextlib.suppress(NotFound),
                 self._map_store.open_map(floor.map, only=(ZONES,)) as opened,
             ):
-                if ZONES in opened.buffers:
-                    zones[floor.name] = zones_of(bytes(opened.buffers[ZONES]))
+                zones[floor.name] = opened.zones()
         return layout_of(record.building, zones)
 
     def _rider(self, journey: Journey, ended: Callable[[GoalView], None]) -> Rider:
