@@ -19,18 +19,6 @@ CONFIRMED_AFTER = 60.0
 """Time after which a hold counts as confirmed, unless another is given [s]."""
 
 
-COST_OF_CELL = 50.0
-"""Cost of a free cell: ``ppaas.planners.weights.NEUTRAL``, which comes with numba."""
-
-
-def free_length(cost: float, resolution: float) -> float:
-    """Return the length of a path through free cells that has a cost [m], on cells of a size [m].
-
-    A path near obstacles costs more than a free one of its length.
-    """
-    return cost * resolution / COST_OF_CELL
-
-
 def straight(start: Place, goal: Place) -> float:
     """Return the distance between two places as the crow flies [m]."""
     return math.hypot(goal[0] - start[0], goal[1] - start[1])

@@ -1,7 +1,6 @@
 """Rehearsal of a mission before it runs: with the robots and the open tasks of its map, by lengths of its ways."""
 
 import json
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,9 @@ from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.orders import RobotNow
-from ppaas.tasks.reach import free_length, straight
-from ppaas.tasks.records import Place, Task
+from ppaas.tasks.records import Task
 from ppaas.tasks.rehearsal import Rehearsal
+from ppaas.tasks.ways import ways_by
 from robots.client.cloud_url import path_of
 
 if TYPE_CHECKING:
@@ -70,18 +69,14 @@ async def _ways(client: "RestClient", map_id: str, tasks: list[Task], robots: Ma
     """Return the lengths of the ways between all places; straight lines between those of too many."""
     goals = list(dict.fromkeys(place for task in tasks for place in task.places))
     starts = list(dict.fromkeys([*(robot.place for robot in robots.values() if robot.place), *goals]))
-    known: dict[tuple[Place, Place], float] = {}
+    costs: list[list[float | None]] = []
     rows = max(1, MOST_COSTS // len(goals))
     resolution = (await client.get(path_of("maps", map_id)))["resolution"]
     for first in range(0, len(starts), rows):
         part = starts[first : first + rows]
         answer = await client.post(path_of("maps", map_id, "cost_matrix"), {"starts": part, "goals": goals})
-        for start, row in zip(part, answer["costs"], strict=True):
-            known |= {
-                (start, goal): math.inf if cost is None else free_length(cost, resolution)
-                for goal, cost in zip(goals, row, strict=True)
-            }
-    return lambda start, goal: known.get((start, goal), straight(start, goal))
+        costs += answer["costs"]
+    return ways_by(starts, goals, costs, resolution)
 
 
 def request_of(task: Task, ids: Mapping[str, str]) -> dict[str, Any]:
