@@ -35,12 +35,12 @@ class HeldDevice(Generic[OrderT]):
     ) -> None:
         self._name, self._run, self._send = name, run, send
         self._log = OccasionalLog(logger)
-        self._waiting: list[OrderT] = []
+        self._newest: OrderT | None = None
         self._filled = asyncio.Event()
 
     def order(self, order: OrderT) -> None:
         """Send an order soon."""
-        self._waiting = [order]
+        self._newest = order
         self._filled.set()
 
     async def run(self) -> None:
@@ -61,6 +61,5 @@ class HeldDevice(Generic[OrderT]):
         while True:
             await self._filled.wait()
             self._filled.clear()
-            waiting, self._waiting = self._waiting, []
-            for order in waiting:
-                await self.send_now(order)
+            if self._newest is not None:
+                await self.send_now(self._newest)
