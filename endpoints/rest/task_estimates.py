@@ -1,6 +1,7 @@
 """Estimates of when a new task ends: a rehearsal of the tasks of its map with the robots that are connected."""
 
 import asyncio
+import time
 
 from starlette.concurrency import run_in_threadpool
 
@@ -23,12 +24,15 @@ MOST_REHEARSED = 32
 HORIZON = 7 * 86400.0
 """Time until which a new task must end in a rehearsal [s]."""
 
+LONGEST = 0.1
+"""CPU time that a rehearsal may take [s], so that long patrols of many robots do not hold the endpoint up."""
+
 WAYS_TIMEOUT = 1.0
 """Time to wait for the lengths of the ways of a task with a deadline [s]; then they are straight lines."""
 
 
 async def estimate(services: Services, version: MapVersion, record: MapTask, now: float) -> EstimateAnswer | None:
-    """Return when a stored task would begin and end; None if no robot can do it now.
+    """Return when a stored task would begin and end; None if no robot can do it now, or if that takes long to find.
 
     Parameters
     ----------
@@ -93,7 +97,8 @@ def _rehearsed(
     tasks: list[Task], robots: dict[str, RobotNow], distance: Distance, task: Task, now: float
 ) -> EstimateAnswer | None:
     rehearsal = Rehearsal(tasks, robots, distance, now)
-    rehearsal.run(now + HORIZON, lambda: not rehearsal.tasks[task.id].is_open)
+    ends_at = time.thread_time() + LONGEST
+    rehearsal.run(now + HORIZON, lambda: not rehearsal.tasks[task.id].is_open or time.thread_time() > ends_at)
     found = rehearsal.tasks[task.id]
     if found.state != "done" or found.begun is None or found.ended is None:
         return None

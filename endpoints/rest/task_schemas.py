@@ -166,7 +166,9 @@ class TaskAnswer(ResponseBody):
     assigned: float | None = Field(description="Time at which its robot was sent to the first place")
     begun: float | None = Field(description="Time at which a robot was at its first place")
     ended: float | None
-    estimate: EstimateAnswer | None = Field(description="Only when it is added; null if no robot can do it now")
+    estimate: EstimateAnswer | None = Field(
+        description="Only when it is added; null if no robot can do it now, or if finding out takes long"
+    )
 
     @classmethod
     def of(cls, record: MapTask, estimate: EstimateAnswer | None = None) -> "TaskAnswer":

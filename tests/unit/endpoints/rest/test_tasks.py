@@ -199,6 +199,15 @@ async def test_the_answer_to_a_new_task_has_its_end_and_whether_its_deadline_can
     assert heavy["estimate"] is None
 
 
+@pytest.mark.usefixtures("robot_at")
+async def test_a_task_whose_rehearsal_takes_long_is_added_without_an_estimate(
+    client: httpx.AsyncClient, ann: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("endpoints.rest.task_estimates.LONGEST", -1.0)
+    added = await add(client, ann, kind="patrol", places=[[0.0, 0.0], [3.0, 4.0]], rounds=1000)
+    assert (added["state"], added["estimate"]) == ("queued", None)
+
+
 async def test_users_see_their_own_tasks_alone(client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn) -> None:
     task, bob = await add(client, ann), await log_in("bob")
     assert (await client.get(TASKS, headers=bob)).json()["items"] == []
