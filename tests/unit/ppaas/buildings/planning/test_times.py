@@ -1,6 +1,7 @@
 """Times in a building follow closed doors, lifts out of order and measured lengths."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -9,17 +10,18 @@ from ppaas.buildings.building import DoorSettings, LiftSettings, WaySettings
 from ppaas.buildings.planning.network import BuildingLink, BuildingNetwork
 from ppaas.buildings.planning.planner import BuildingPlanner
 from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Traveller
-from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, lift, passage, two_floors
+from ppaas.zones.zone import Zone
+from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, gate, lift, passage, two_floors
 
 START, GOAL = ("L0", 0.1, 5.5), ("L0", 5.9, 5.5)
 
 
-def walled(**changes: object) -> BuildingPlanner:
+def walled(more: Sequence[Zone] = (), **changes: object) -> BuildingPlanner:
     """Return a planner whose ground floor is cut in two by a wall at y = 4 m with a door at x = 3 to 4 m."""
     free = np.ones((24, 24), np.bool_)
     free[16] = False
     free[16, 12:16] = True
-    building = two_floors([door("hall", 3.0, 4.1)], **changes)
+    building = two_floors([door("hall", 3.0, 4.1), *more], **changes)
     return BuildingPlanner(building.layout, {"L0": costmap(free), "L1": costmap(np.ones((24, 24), np.bool_))})
 
 
@@ -44,6 +46,15 @@ def test_a_closed_door_is_planned_around_and_opens_again() -> None:
     assert seconds(planner, times, below) == math.inf
     planner.state.close([])
     assert seconds(planner, times, below) == before
+
+
+@pytest.mark.parametrize(("direction", "may"), [(math.pi / 2, True), (-math.pi / 2, False), (1.0, True), (-2.0, False)])
+def test_a_gate_is_passed_in_its_direction_only(direction: float, may: bool) -> None:
+    planner = walled(more=[gate("hall", 3.0, 4.1, direction)])
+    below = planner.times(Traveller())
+    assert (seconds(planner, below, ("L0", 5.9, 3.0)) < math.inf) is may
+    back = planner.plan(below, GOAL, ("L0", 5.9, 3.0))
+    assert (back is not None) is not may
 
 
 def test_a_lift_out_of_order_is_not_taken_until_it_is_repaired() -> None:
