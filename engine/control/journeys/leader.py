@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from engine.control.journeys.calls import JOURNEY
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
 from engine.control.journeys.site import JourneySite, Rider, SiteHooks
+from engine.control.journeys.travellers import traveller_of
 from engine.control.master_driver import MasterDriver
 from engine.control.planning.building_requests import BuildingScene, BuildingSpot, KeptLengths
 from engine.control.planning.buildings import BuildingPlanning
@@ -31,8 +32,9 @@ from ppaas.buildings.layout import BuildingLayout, Place, layout_of
 from ppaas.buildings.lifts.states import LiftRide
 from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidInput, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.robot_model.describe import describe
 from storage.buildings.records import BuildingRecord
 from storage.ports import MapStore, Store
 from storage.versions import ZONES
@@ -298,7 +300,7 @@ class JourneyLeader:
         self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place
     ) -> list[JourneyLeg]:
         heads = await asyncio.to_thread(self._heads, record)
-        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid)))
+        scene = BuildingScene(layout, heads, await asyncio.to_thread(self._traveller, journey))
         start, goal = BuildingSpot(journey.on, *pose), BuildingSpot(journey.floor, *journey.goal)
         [route, *_] = await self._planning.plan(journey.user, scene, start, goal)
         return [
@@ -308,6 +310,13 @@ class JourneyLeader:
             )
             for leg in route.legs
         ]  # fmt: skip
+
+    def _traveller(self, journey: Journey) -> Traveller:
+        """Return what the robot of a journey can do; may block."""
+        urdf = None
+        with contextlib.suppress(NotFound, InvalidUrdf, MessageTooLarge):  # without one, the body is its model's
+            urdf = describe(self._store.urdf(journey.user, journey.robot))
+        return traveller_of(self._store.robot(journey.user, journey.robot), urdf, journey.avoid)
 
     def _heads(self, record: BuildingRecord) -> dict[str, MapVersion]:
         """Return the current versions of the maps of floors; may block."""

@@ -2,23 +2,28 @@
 
 import asyncio
 from collections.abc import AsyncIterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from engine.control.journeys.kept import keep_journeys
 from engine.control.journeys.leader import JourneyLeader, view_of
+from engine.control.planning.building_requests import BuildingScene
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.processes.background import cancel_all
 from engine.specs.containers import MapVersion
 from ppaas.buildings.building import Building, Floor
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
+from ppaas.buildings.layout import layout_of
 from ppaas.errors import Conflict, InvalidBuilding, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.records import RobotRecord
 from tests.support.engine.specs import robot_config
 from tests.support.storage import records
 from tests.support.waiting import until
@@ -85,6 +90,22 @@ async def test_a_robot_is_sent_in_the_building_that_its_map_is_a_floor_of(leader
     with pytest.raises(NotFound):
         await leader.cancel_journey("ann", "tb1", "journey-9")
     assert await leader.journeys("ann", "tb2") == []
+
+
+async def test_a_journey_is_planned_for_what_the_robot_can_do(leader: JourneyLeader, store: MemoryStore) -> None:
+    scenes: list[BuildingScene] = []
+
+    async def plan(_user: str, scene: BuildingScene, *_ends: object) -> list[Any]:
+        scenes.append(scene)
+        return [SimpleNamespace(legs=[])]
+
+    leader._planning = SimpleNamespace(plan=plan)  # type: ignore[assignment]
+    store.put_robot(RobotRecord("tb1", "ann", "house", properties={"stairs": True, "arm": "left"}))
+    journey = Journey(id="j", user="ann", robot="tb1", building="hotel", floor="L2", goal=tuple(POSE), on="L1")
+    record = store.building("bob", "hotel")
+    assert await leader._plan(record, layout_of(HOTEL, {}), replace(journey, avoid=("north",)), tuple(POSE)) == []
+    traveller = scenes[0].traveller
+    assert (traveller.stairs, traveller.labels["arm"], traveller.avoid) == (True, "left", frozenset({"north"}))
 
 
 async def test_a_building_that_was_changed_is_read_again_once_nobody_travels(
