@@ -80,7 +80,7 @@ async def driving(
     client: type[RobotClient] = RobotClient,
     shared: World | SimulatedBuilding | None = None,
 ) -> AsyncIterator[Drive]:
-    """Simulate one Turtlebot, in a world of a grid or in a shared one that others simulate, and connect it to a cloud."""
+    """Simulate one Turtlebot, on a grid or in a shared world that others simulate, and connect it to a cloud."""
     if shared is None:
         assert grid is not None, "a robot needs a map or a shared world"
     world = World(grid, seed) if shared is None else shared
