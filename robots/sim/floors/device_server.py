@@ -5,7 +5,10 @@ orders are obeyed in the event loop, between two steps of the building.
 """
 
 import asyncio
+import contextlib
+import socket
 import threading
+from collections.abc import Callable
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -66,8 +69,7 @@ class DeviceServer:
 
     def __init__(self, building: SimulatedBuilding, host: str = "127.0.0.1", port: int = 0) -> None:
         self._building = building
-        self._server = ThreadingHTTPServer((host, port), partial(_Requests, self._answered))
-        self._server.daemon_threads = True
+        self._server = _Server((host, port), partial(_Requests, self._answered))
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._lifts = {f"/lifts/{quote(name, safe='')}": name for name in building.lifts}
@@ -85,6 +87,7 @@ class DeviceServer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         await asyncio.to_thread(self._server.shutdown)
+        await asyncio.to_thread(self._server.end_connections)
         self._server.server_close()
 
     def served(self, record: Building) -> Building:
@@ -138,6 +141,35 @@ class DeviceServer:
 
 def _problem(status: HTTPStatus, text: str) -> Answer:
     return status, msgspec.json.encode({"detail": text})
+
+
+class _Server(ThreadingHTTPServer):
+    """Listener with a thread for each connection."""
+
+    daemon_threads = True
+
+    def __init__(self, address: tuple[str, int], handler: Callable[..., BaseHTTPRequestHandler]) -> None:
+        super().__init__(address, handler)
+        self._connections: dict[socket.socket, threading.Event] = {}
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Begin to serve a connection, in a thread."""
+        self._connections[request] = threading.Event()
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a connection until it ends."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._connections.pop(request).set()
+
+    def end_connections(self) -> None:
+        """End all connections, and wait until their threads have."""
+        for request, ended in list(self._connections.items()):
+            with contextlib.suppress(OSError):  # the peer was first
+                request.shutdown(socket.SHUT_RDWR)
+            ended.wait(PATIENCE)
 
 
 class _Requests(BaseHTTPRequestHandler):

@@ -96,3 +96,17 @@ def test_a_floor_that_does_not_exist_is_ignored():
     simulated = lift()
     simulated.request(LiftRequest("A", "s", "L9"), 1.0)
     assert simulated.state(1.0).session == ""
+
+
+def test_doors_that_are_blocked_open_and_the_car_stays():
+    lift = SimulatedLift("A", LEVELS, 0.0)
+    lift.request(LiftRequest("A", "s", "L1"), 0.0)
+    assert lift.state(5.0).door == "open"
+    lift.blocked = True
+    lift.request(LiftRequest("A", "s", "L3"), 5.0)
+    for now in range(6, 30):
+        lift.request(LiftRequest("A", "s", "L3"), float(now))
+        assert (lift.state(float(now)).door, lift.state(float(now)).floor) == ("open", "L1")
+    lift.blocked = False
+    lift.request(LiftRequest("A", "s", "L3"), 30.0)
+    assert lift.state(38.9).floor == "L3"

@@ -60,6 +60,15 @@ async def test_a_door_is_opened_and_closed_by_the_driver_of_the_cloud() -> None:
                 await until(lambda mode=mode: states and states[-1].mode == mode)
 
 
+async def test_connections_end_with_the_server() -> None:
+    async with httpcore.AsyncConnectionPool() as pool:
+        async with served() as (_, server):
+            for _ in range(2):
+                assert (await pool.request("GET", f"{server.url}/lifts/A")).status == 200
+        with pytest.raises(httpcore.ConnectError):
+            await pool.request("GET", f"{server.url}/lifts/A")
+
+
 async def test_only_the_devices_of_a_record_change() -> None:
     async with served() as (simulated, server):
         before = simulated.layout.building
