@@ -19,6 +19,8 @@ class CarTimes:
 
     Parameters
     ----------
+    began : float
+        When the controller began.
     heard : float
         When the lift reported last.
     progress : float
@@ -31,6 +33,7 @@ class CarTimes:
         Since when robots are in the doorway, and not connected.
     """
 
+    began: float
     heard: float
     progress: float
     mode: float
@@ -63,7 +66,7 @@ class Car:
         self.shaft, self.session = shaft, session
         self.rides: dict[str, LiftRide] = {}
         self.state: LiftState | None = None
-        self.times = CarTimes(heard=float("-inf"), progress=now, mode=now)
+        self.times = CarTimes(began=now, heard=float("-inf"), progress=now, mode=now)
 
     # -- events --------------------------------------------------------------------------------------------------------
 

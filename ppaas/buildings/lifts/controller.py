@@ -6,7 +6,7 @@ open are ended if no ride needs them, for their names are the same.
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -53,7 +53,7 @@ class LiftController:
         self._attendants = {lift: Attendant(car, may_leave) for lift, car in self._cars.items()}
         self._lift_of: dict[str, str] = {}
         self._orphans: list[LiftRide] = []
-        for ride in rides:
+        for ride in _not_ahead(list(rides), now):
             if self._misfit(ride):
                 self._orphans.append(ride)
             else:
@@ -207,3 +207,9 @@ class LiftController:
         if not 1 <= ride.size <= car.shaft.settings.robots:
             return f"lift {ride.lift!r} has room for {car.shaft.settings.robots} robots, not {ride.size}"
         return ""
+
+
+def _not_ahead(rides: Sequence[LiftRide], now: float) -> list[LiftRide]:
+    """Return stored rides, all of them earlier if the clock of the computer that stored them was ahead."""
+    ahead = max((ride.since - now for ride in rides), default=0.0)
+    return [replace(ride, since=ride.since - ahead) for ride in rides] if ahead > 0.0 else list(rides)

@@ -428,3 +428,30 @@ def test_an_old_request_is_served_before_many_newer_ones():
             break
     assert "old" not in scene.rides or scene.rides["old"].phase != "waiting"
     assert scene.now < 100.0 + 300.0
+
+
+@pytest.mark.parametrize("ahead", [0.0, 30.0, 3600.0, -3600.0])
+def test_a_waiting_robot_keeps_its_ride_when_another_computer_takes_over(ahead):
+    """The clock of the other computer may be apart, and it hears the lift only after a moment."""
+    scene = Scene()
+    scene.for_seconds(1.0)
+    scene.request("first", "L1", "L3")
+    scene.now += 5.0
+    scene.request("then", "L1", "L2")
+    scene.for_seconds(20.0)
+    began = scene.now + ahead
+    again = Scene(rides=[replace(ride, since=ride.since - began + 100.0) for ride in scene.rides.values()])
+    assert not [order for order in again.silence(4.0) if isinstance(order, Refuse)]
+    assert list(again.controller.rides) == ["first", "then"]
+    orders = again.opens_at("L1")
+    assert {order for order in orders if isinstance(order, Board)} >= {Board("first", "A", "L1")}
+
+
+@pytest.mark.parametrize("ahead", [0.0, 3600.0, -3600.0])
+def test_a_lift_that_stays_silent_is_given_up_after_a_takeover_too(ahead):
+    scene = Scene()
+    scene.for_seconds(1.0)
+    scene.request("r", "L1", "L3")
+    began = scene.now + ahead
+    again = Scene(rides=[replace(ride, since=ride.since - began + 100.0) for ride in scene.rides.values()])
+    assert [order for order in again.silence(20.0) if isinstance(order, Refuse)]
