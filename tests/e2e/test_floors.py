@@ -26,7 +26,7 @@ async def test_a_robot_arrives_on_another_floor_although_its_clone_is_killed_in_
             await until(lambda: building.floor_of(building.robots[0]) == "L2", 60.0)
             [container] = [one for one in await rest.items("/v1/containers") if one["robot"] == "porter"]
             os.kill(container["pid"] or cloud.container().pid, signal.SIGKILL)
-            last = await ended(rest, "porter", goal)
+            last = await ended(rest, "porter", goal["id"])
             assert last["state"] == "succeeded", last
             assert (await rest.get("/v1/robots/porter"))["map"] == "floor-2"
             assert building.floor_of(building.robots[0]) == "L2"

@@ -36,7 +36,7 @@ async def test_a_robot_in_a_lift_arrives_although_the_cloud_is_killed(tmp_path: 
                 (tmp_path / "ready.json").unlink()
                 with running_cloud(tmp_path, *options) as second:
                     wire.mend(second.url)
-                    last = await ended(await second.admin(), "porter", goal)
+                    last = await ended(await second.admin(), "porter", goal["id"])
                     assert last["state"] == "succeeded", last
                     assert building.floor_of(building.robots[0]) == "L2"
                     assert building.robots[0].base.pose.distance_to(GOAL) < 0.35

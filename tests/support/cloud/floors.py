@@ -71,9 +71,9 @@ async def put_building(rest: RestClient, record: Building) -> None:
     assert warnings == []
 
 
-async def ended(rest: RestClient, robot: str, goal: dict[str, Any]) -> dict[str, Any]:
+async def ended(rest: RestClient, robot: str, goal_id: str) -> dict[str, Any]:
     """Wait for the end of a goal, and return it."""
     async with asyncio.timeout(120.0):
-        while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal['id']}"))["state"] in ("pending", "active"):
+        while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal_id}"))["state"] in ("pending", "active"):
             await asyncio.sleep(0.2)
     return last
