@@ -1,4 +1,4 @@
-"""What closes a line on a map and opens again, such as a door: a body in the way, and a wall to sensors."""
+"""Barrier that closes a line on a map and opens again, such as a door: a body in the way, and a wall to sensors."""
 
 import math
 
