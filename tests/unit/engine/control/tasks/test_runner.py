@@ -12,7 +12,7 @@ from msgspec import Raw
 
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
-from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
+from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, TaskGroup, obsolete
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
 from engine.control.tasks.task_maps import TaskMap, task_map_on
@@ -94,6 +94,11 @@ class Hall:
         given: dict[str, Any] = {"kind": "go_to", "places": ((x, 0.0, 0.0),), "created": self.clock()} | fields
         self.store.put_task(MapTask("ann", "house", Task(id=name, **given)))
         at_once(self.news.changed("ann", "house"))
+
+    def group(self) -> TaskGroup:
+        """Return the only group that is led."""
+        [group] = self.runner._groups.values()
+        return group
 
     def task(self, name: str) -> Task:
         return self.store.task("ann", "house", name).task
@@ -210,14 +215,14 @@ async def test_a_confirmed_task_goes_on_and_its_dispatcher_is_not_made_again(hal
     tell(place, 5.0)
     await hall.after(50.0)
     assert goals(place) == []
-    dispatcher = hall.runner._groups["ann", "house"]._dispatcher
+    dispatcher = hall.group()._dispatcher
     kept = hall.store.task("ann", "house", "t")
     hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, confirmed=0)))
     await hall.news.changed("ann", "house")
     tell(place, 5.0)
     await hall.after()
     assert goals(place) == [(GOAL, "task-t-1-0")]
-    assert hall.runner._groups["ann", "house"]._dispatcher is dispatcher
+    assert hall.group()._dispatcher is dispatcher
 
 
 async def test_a_confirmation_survives_a_restart(hall: Hall) -> None:
@@ -357,7 +362,7 @@ async def test_records_that_are_read_again_do_not_delay_the_return_of_a_task(hal
     await hall.after(5.0)
     hall.presence.left(robot_key("ann", "r"))
     await hall.after(20.0)
-    hall.runner._groups["ann", "house"]._forget()
+    hall.group()._forget()
     await hall.after(GONE_AFTER - 20.0 + 1.0)
     assert hall.task("t").state == "queued"
 
