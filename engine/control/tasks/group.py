@@ -172,6 +172,7 @@ class TaskGroup:
         await self._obey(orders)
         await self._see(dispatcher, labels, now)
         await self._send_waiting(dispatcher)
+        self._note_buttons(dispatcher, labels)
         released = dispatcher.release(now)
         await self._obey(released)
         ended = [order for robot in {*labels, *dispatcher.away} for order in self._ended(dispatcher, robot, now)]
@@ -253,6 +254,13 @@ class TaskGroup:
         is_leaving = self._trips.is_leaving(robot, "" if task is None else task.goal_id)
         place = None if is_leaving else on_floor(now.place, self._floors.get(robot, ""))
         return dataclasses.replace(now, place=place)
+
+    def _note_buttons(self, dispatcher: Dispatcher, robots: Iterable[str]) -> None:
+        """Confirm the tasks that hold robots whose buttons were pressed."""
+        pressed = {robot for robot in robots if self._robots.is_confirmed(self.area.user, robot)}
+        for task in tuple(dispatcher.tasks.values()):
+            if task.robot in pressed and task.needs_confirmation:
+                dispatcher.confirm(replace(task, confirmed=task.leg))
 
     def _lost(self, dispatcher: Dispatcher) -> dict[str, float]:
         """Return when the robots with a task were lost that are not connected [s since the epoch], as far as known."""

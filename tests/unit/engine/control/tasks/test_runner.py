@@ -116,6 +116,11 @@ def tell(place: StillRobot, x: float, *goals: tuple[str, Status]) -> None:
     place.publish_json("move_base/status", {"status_list": statuses})
 
 
+def report_of(place: StillRobot, **known: Any) -> None:
+    """Let the container of a robot report something."""
+    place.say(robot_link.ContainerBeat(busy=False, report=StateReport(**known)))
+
+
 def ends(place: StillRobot, goal: str, status: Status, text: str = "") -> None:
     place.publish_json("move_base/result", {"status": {"goal_id": {"id": goal}, "status": int(status), "text": text}})
 
@@ -223,6 +228,30 @@ async def test_a_confirmed_task_goes_on_and_its_dispatcher_is_not_made_again(hal
     await hall.after()
     assert goals(place) == [(GOAL, "task-t-1-0")]
     assert hall.group()._dispatcher is dispatcher
+
+
+async def test_a_button_of_the_robot_confirms_what_it_holds_for_and_nothing_else(hall: Hall) -> None:
+    place = hall.connect("r")
+    report_of(place, confirmations=3)
+    holds = (PlaceHold(confirm=True), PlaceHold(confirm=True))
+    hall.add("t", 5.0, kind="patrol", places=((5.0, 0.0, 0.0), (9.0, 0.0, 0.0)), holds=holds)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    report_of(place, confirmations=4)  # on its way
+    await hall.after()
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    for _ in range(2):
+        await hall.after()
+    assert hall.task("t").needs_confirmation
+    report_of(place, confirmations=5)
+    await hall.after()
+    assert goals(place)[-1] == (GOAL, "task-t-1-0")
+    ends(place, "task-t-1-0", Status.SUCCEEDED)
+    for count in (0, 0, 1):  # of its next container
+        report_of(place, confirmations=count)
+        await hall.after()
+    assert hall.task("t").state == "done"
 
 
 async def test_a_confirmation_survives_a_restart(hall: Hall) -> None:
