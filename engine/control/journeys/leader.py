@@ -3,16 +3,17 @@
 import asyncio
 import contextlib
 import logging
+import math
 import secrets
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
 from engine.control.journeys.calls import JOURNEY
-from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
+from engine.control.journeys.kept import keep_journeys, kept_journeys
 from engine.control.journeys.site import JourneySite, Rider, SiteHooks
 from engine.control.journeys.travellers import traveller_of
 from engine.control.master_driver import MasterDriver
@@ -32,10 +33,10 @@ from ppaas.buildings.layout import BuildingLayout, Place, layout_of
 from ppaas.buildings.lifts.states import LiftRide
 from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, InvalidInput, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.robot_model.describe import describe
-from storage.buildings.records import BuildingRecord
+from storage.buildings.records import BuildingRecord, all_buildings, building_with_map, no_building_of
 from storage.ports import MapStore, Store
 from storage.versions import ZONES
 
@@ -188,25 +189,30 @@ class JourneyLeader:
     async def run(self) -> None:
         """Go on with stored journeys, and lead all until cancelled."""
         try:
-            for record, kept in await asyncio.to_thread(self._stored):
+            for record in await asyncio.to_thread(self._stored):
                 try:
-                    await self._site(record, kept)
+                    await self._site(record)
                 except PPaaSError as error:
                     logger.error("the journeys in building %s do not go on: %s", record.id, error)
             await asyncio.Event().wait()
         finally:
             await cancel_all([known.running for known in self._sites.values()])
 
-    def _stored(self) -> list[tuple[BuildingRecord, KeptJourneys]]:
-        records = (record for user in self._store.building_users() for record in self._store.buildings(user))
-        found = ((record, kept_journeys(self._store, *record.key)) for record in records)
-        return [(record, kept) for record, kept in found if kept.journeys or kept.rides]
+    def _stored(self) -> list[BuildingRecord]:
+        found = ((record, kept_journeys(self._store, *record.key)) for record in all_buildings(self._store))
+        return [record for record, kept in found if kept.journeys or kept.rides]
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 
     async def send_to_floor(self, user: str, robot: str, floor: str, pose: Pose2D) -> GoalView:
         """Send a connected robot to a pose on a floor; see ``JourneyCalls.send_to_floor``."""
+        return view_of(await self.lead(user, robot, floor, pose))
+
+    async def lead(self, user: str, robot: str, floor: str, pose: Pose2D, *, goal_id: str = "") -> Journey:
+        """Send a connected robot to a pose on a floor; see ``TaskJourneys.lead``."""
         key = robot_key(user, robot)
+        if goal_id in self._known[key]:
+            return self._known[key][goal_id]
         request = self._driver.request_of(key)
         if request is None or not self._driver.presence.is_here(key):
             raise Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")
@@ -215,17 +221,19 @@ class JourneyLeader:
         assert here is not None, "it was found by this map"
         before = next((each for each in self._known[key].values() if each.state == "active"), None)
         site = await self._site(record)
+        if goal_id in self._known[key]:  # a stored one, which goes on
+            return self._known[key][goal_id]
         site.building.floor(floor)
         if before is not None:
             self._check_may_go(before)
             site.cancel(before)
         journey = Journey(
-            id=f"{JOURNEY}{secrets.token_hex(6)}", user=user, robot=robot, building=record.id, floor=floor,
-            goal=(pose.x, pose.y, pose.theta), on=here.name, since=self._clock(),
+            id=goal_id or f"{JOURNEY}{secrets.token_hex(6)}", user=user, robot=robot, building=record.id,
+            floor=floor, goal=(pose.x, pose.y, pose.theta), on=here.name, since=self._clock(),
         )  # fmt: skip
         self._changed(journey)
         site.begin(journey)
-        return view_of(journey)
+        return journey
 
     @staticmethod
     def _check_may_go(journey: Journey) -> None:
@@ -234,7 +242,11 @@ class JourneyLeader:
 
     async def journeys(self, user: str, robot: str) -> list[GoalView]:
         """Return the goals on floors that a robot was sent to, oldest first."""
-        return [view_of(journey) for journey in self._known[robot_key(user, robot)].values()]
+        return list(map(view_of, self.of_robot(user, robot)))
+
+    def of_robot(self, user: str, robot: str) -> list[Journey]:
+        """Return the journeys of a robot that are remembered, oldest first."""
+        return list(self._known[robot_key(user, robot)].values())
 
     async def cancel_journey(self, user: str, robot: str, goal_id: str) -> GoalView:
         """Cancel a goal on a floor; see ``JourneyCalls.cancel_journey``."""
@@ -247,30 +259,43 @@ class JourneyLeader:
             journey = known.site.cancel(journey)
         return view_of(journey)
 
+    async def times(
+        self, user: str, map_id: str, starts: Sequence[BuildingSpot], goals: Sequence[BuildingSpot]
+    ) -> list[list[float | None]]:
+        """Return the times in the building of a map, without lifts that serve nobody; see ``TaskJourneys.times``."""
+        record = await asyncio.to_thread(self._building_of, user, map_id)
+        site, heads = await self._site(record), await asyncio.to_thread(self._heads, record)
+        scene = BuildingScene(site.layout, heads, Traveller(avoid=site.out_of_order()))
+        seconds = await self._planning.costs(user, scene, starts, goals)
+        return [[each if math.isfinite(each) else None for each in row] for row in seconds.tolist()]
+
     # -- buildings -----------------------------------------------------------------------------------------------------
 
     def _building_of(self, user: str, map_id: str) -> BuildingRecord:
         """Return the building that a map is a floor of, the user's own one first; may block."""
-        owners = sorted(self._store.building_users(), key=lambda owner: owner != user)
-        for record in (each for owner in owners for each in self._store.buildings(owner)):
-            if record.readable_by(user) and record.building.floor_of_map(map_id) is not None:
-                return record
-        raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
+        record = building_with_map(all_buildings(self._store), user, map_id)
+        if record is None:
+            raise no_building_of(map_id)
+        return record
 
-    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> JourneySite:
-        """Return the site of a building; one where nobody travels is opened again if building or maps were changed."""
+    async def _site(self, record: BuildingRecord) -> JourneySite:
+        """Return the site of a building, where stored journeys go on.
+
+        One where nobody travels is opened again if building or maps were changed.
+        """
         async with self._opening:
             version = record.present.number, *(await asyncio.to_thread(self._heads, record)).values()
             known = self._sites.get(record.key)
             if known is not None and (known.version == version or not known.site.is_idle):
                 return known.site
             layout = await asyncio.to_thread(self._layout, record)
+            kept = await asyncio.to_thread(kept_journeys, self._store, *record.key)
             if known is not None:
                 known.running.cancel()
                 await asyncio.gather(known.running, return_exceptions=True)
             plan, keep = partial(self._plan, record, layout), partial(self._keep, record.key)
             hooks = SiteHooks(self._rider, plan, keep, self._changed)
-            site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
+            site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept)
             self._sites[record.key] = _OpenSite(site, asyncio.create_task(site.run()), version)
             return site
 

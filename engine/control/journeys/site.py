@@ -123,6 +123,7 @@ class JourneySite:
     name : str
         Name of the building in sessions of lifts.
     layout : BuildingLayout
+        Its places, as it was when the site was opened.
     hooks : SiteHooks
     hosts : DeviceHosts
         Hosts that devices may have.
@@ -140,7 +141,7 @@ class JourneySite:
         kept: KeptJourneys,
         clock: Clock = epoch,
     ) -> None:
-        self._layout, self._hooks, self._clock = layout, hooks, clock
+        self.layout, self._hooks, self._clock = layout, hooks, clock
         self._rides = {ride.robot: ride for ride in kept.rides}
         self._travellers: dict[str, _Traveller] = {}
         self._background = Background()
@@ -153,7 +154,13 @@ class JourneySite:
     @property
     def building(self) -> Building:
         """The building, as it was when the site was opened."""
-        return self._layout.building
+        return self.layout.building
+
+    def out_of_order(self) -> frozenset[str]:
+        """Return the lifts that are known to serve no robots now."""
+        now, cars = self._clock(), self.runner.lifts.cars.items()
+        known = {lift: car for lift, car in cars if car.state is not None}
+        return frozenset(lift for lift, car in known.items() if car.is_silent(now) or car.is_out_of_order(now))
 
     @property
     def is_idle(self) -> bool:
@@ -181,7 +188,7 @@ class JourneySite:
         """Begin a journey, or go on with one."""
         robot = robot_name(journey)
         rider = self._hooks.rider(journey, lambda goal: self._goal_ended(robot, goal))
-        traveller = self._travellers[robot] = _Traveller(JourneyMachine(journey, self._layout), rider)
+        traveller = self._travellers[robot] = _Traveller(JourneyMachine(journey, self.layout), rider)
         self._take(traveller, traveller.machine.resume())
         self._background.run(self._obey(robot, traveller))
 
@@ -199,7 +206,7 @@ class JourneySite:
         """Tell journeys where their robots are, and which doors have closed."""
         for traveller in tuple(self._travellers.values()):
             machine, rider = traveller.machine, traveller.rider
-            pose, floor = rider.pose, self._layout.building.floor_of_map(rider.map)
+            pose, floor = rider.pose, self.layout.building.floor_of_map(rider.map)
             if floor is None or pose is None:
                 continue
             if traveller.moving not in ("", floor.name):
@@ -271,7 +278,7 @@ class JourneySite:
                 if number == machine.journey.plans and not machine.is_over:
                     await self._plan(traveller, number)
             case ChangeFloor(floor, pose):
-                await traveller.rider.change_map(self._layout.building.floor(floor).map, pose)
+                await traveller.rider.change_map(self.layout.building.floor(floor).map, pose)
             case _:
                 self._ask(robot, order)
 

@@ -77,3 +77,11 @@ async def ended(rest: RestClient, robot: str, goal_id: str) -> dict[str, Any]:
         while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal_id}"))["state"] in ("pending", "active"):
             await asyncio.sleep(0.2)
     return last
+
+
+async def ended_task(rest: RestClient, path: str) -> dict[str, Any]:
+    """Wait for the end of a task, and return it."""
+    async with asyncio.timeout(120.0):
+        while (last := await rest.get(path))["ended"] is None:
+            await asyncio.sleep(0.2)
+    return last
