@@ -1,19 +1,21 @@
 """Leader of journeys: sends robots to floors of the buildings that they are in, and goes on after a restart."""
 
 import asyncio
-import contextlib
 import logging
 import secrets
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from engine.control.buildings.building_runner import BuildingAlert
+from engine.control.journeys.building_index import BuildingIndex
 from engine.control.journeys.calls import JOURNEY
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
+from engine.control.journeys.open_sites import OpenSites
 from engine.control.journeys.site import JourneySite, Rider, SiteHooks
+from engine.control.journeys.views import LiftWait, SiteView
 from engine.control.master_driver import MasterDriver
 from engine.control.planning.building_requests import BuildingScene, BuildingSpot, KeptLengths
 from engine.control.planning.buildings import BuildingPlanning
@@ -24,10 +26,8 @@ from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
-from engine.processes.background import cancel_all
-from engine.specs.containers import MapVersion
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
-from ppaas.buildings.layout import BuildingLayout, Place, layout_of
+from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide
 from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
@@ -35,7 +35,6 @@ from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailab
 from ppaas.geometry import Pose2D
 from storage.buildings.records import BuildingRecord
 from storage.ports import MapStore, Store
-from storage.versions import ZONES
 
 logger = logging.getLogger(__name__)
 
@@ -137,14 +136,6 @@ class RidingRobot:
         return self._client
 
 
-class _OpenSite(NamedTuple):
-    """Site of a building, its task, and the versions of building and maps that it was opened with."""
-
-    site: JourneySite
-    running: asyncio.Task[None]
-    version: tuple[object, ...]
-
-
 class JourneyLeader:
     """Leads journeys in all buildings until cancelled; implements ``JourneyCalls``.
 
@@ -174,12 +165,11 @@ class JourneyLeader:
         clock: Clock = epoch,
     ) -> None:
         self._driver, self._sessions = driver, sessions
-        self._store, self._map_store, self._clock = store, map_store, clock
+        self._store, self._clock = store, clock
         self._hosts = DeviceHosts() if hosts is None else hosts
         self._planning = BuildingPlanning(planning, KeptLengths())
-        self._sites: dict[tuple[str, str], _OpenSite] = {}
+        self._sites, self._buildings = OpenSites(map_store, self._made), BuildingIndex(store)
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
-        self._opening = asyncio.Lock()
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
@@ -188,12 +178,12 @@ class JourneyLeader:
         try:
             for record, kept in await asyncio.to_thread(self._stored):
                 try:
-                    await self._site(record, kept)
+                    await self._sites.site(record, kept)
                 except PPaaSError as error:
                     logger.error("the journeys in building %s do not go on: %s", record.id, error)
-            await asyncio.Event().wait()
+            await self._sites.run()
         finally:
-            await cancel_all([known.running for known in self._sites.values()])
+            await self._sites.close()
 
     def _stored(self) -> list[tuple[BuildingRecord, KeptJourneys]]:
         records = (record for user in self._store.building_users() for record in self._store.buildings(user))
@@ -212,7 +202,7 @@ class JourneyLeader:
         here = record.building.floor_of_map(request.map.id)
         assert here is not None, "it was found by this map"
         before = next((each for each in self._known[key].values() if each.state == "active"), None)
-        site = await self._site(record)
+        site = await self._sites.site(record)
         site.building.floor(floor)
         if before is not None:
             self._check_may_go(before)
@@ -241,46 +231,39 @@ class JourneyLeader:
             raise NotFound("goal", goal_id[:64])
         if journey.state != "active":
             raise Conflict(f"goal {goal_id!r} has ended: {journey.state}")
-        for known in self._sites.values():
-            journey = known.site.cancel(journey)
+        for site in self._sites:
+            journey = site.cancel(journey)
         return view_of(journey)
 
     # -- buildings -----------------------------------------------------------------------------------------------------
 
+    async def building_state(self, owner: str, building: str) -> SiteView:
+        """Return the state of a building; see ``JourneyCalls.building_state``."""
+        record = await asyncio.to_thread(self._store.building, owner, building)
+        return await (await self._sites.look(record)).view()
+
+    async def lift_waits(self, owner: str, building: str) -> list[LiftWait]:
+        """Return the waits for lifts; see ``JourneyCalls.lift_waits``."""
+        site = self._sites.get((owner, building))
+        return [] if site is None else site.waits
+
     def _building_of(self, user: str, map_id: str) -> BuildingRecord:
-        """Return the building that a map is a floor of, the user's own one first; may block."""
-        owners = sorted(self._store.building_users(), key=lambda owner: owner != user)
-        for record in (each for owner in owners for each in self._store.buildings(owner)):
-            if record.readable_by(user) and record.building.floor_of_map(map_id) is not None:
-                return record
-        raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
+        """Return the building that a map is a floor of; may block."""
+        found = self._buildings.with_floor(user, map_id)
+        if found is None:
+            raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
+        return found
 
-    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> JourneySite:
-        """Return the site of a building; one where nobody travels is opened again if building or maps were changed."""
-        async with self._opening:
-            version = record.present.number, *(await asyncio.to_thread(self._heads, record)).values()
-            known = self._sites.get(record.key)
-            if known is not None and (known.version == version or not known.site.is_idle):
-                return known.site
-            layout = await asyncio.to_thread(self._layout, record)
-            if known is not None:
-                known.running.cancel()
-                await asyncio.gather(known.running, return_exceptions=True)
-            plan, keep = partial(self._plan, record, layout), partial(self._keep, record.key)
-            hooks = SiteHooks(self._rider, plan, keep, self._changed)
-            site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
-            self._sites[record.key] = _OpenSite(site, asyncio.create_task(site.run()), version)
-            return site
+    def _made(self, record: BuildingRecord, layout: BuildingLayout, kept: KeptJourneys) -> JourneySite:
+        """Return a site of a building."""
+        hooks = SiteHooks(
+            self._rider, partial(self._plan, record, layout), partial(self._keep, record.key), self._changed,
+            partial(self._alerted, record), self._driver.counts.lift_waits.add,
+        )  # fmt: skip
+        return JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept)
 
-    def _layout(self, record: BuildingRecord) -> BuildingLayout:
-        zones = {}
-        for floor in record.building.floors:
-            with (
-                contextlib.suppress(NotFound),
-                self._map_store.open_map(floor.map, only=(ZONES,)) as opened,
-            ):
-                zones[floor.name] = opened.zones()
-        return layout_of(record.building, zones)
+    def _alerted(self, record: BuildingRecord, alert: BuildingAlert) -> None:
+        self._driver.events.building_alerted(record.key, record.building, alert)
 
     def _rider(self, journey: Journey, ended: Callable[[GoalView], None]) -> Rider:
         return RidingRobot(self._driver, self._sessions, self._store, journey, ended)
@@ -297,8 +280,10 @@ class JourneyLeader:
     async def _plan(
         self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place
     ) -> list[JourneyLeg]:
-        heads = await asyncio.to_thread(self._heads, record)
-        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid)))
+        heads = await asyncio.to_thread(self._sites.heads, record)
+        site = self._sites.get(record.key)
+        waits = {} if site is None else site.runner.waits()
+        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid)), waits=waits)
         start, goal = BuildingSpot(journey.on, *pose), BuildingSpot(journey.floor, *journey.goal)
         [route, *_] = await self._planning.plan(journey.user, scene, start, goal)
         return [
@@ -308,15 +293,6 @@ class JourneyLeader:
             )
             for leg in route.legs
         ]  # fmt: skip
-
-    def _heads(self, record: BuildingRecord) -> dict[str, MapVersion]:
-        """Return the current versions of the maps of floors; may block."""
-        found = {}
-        for floor in record.building.floors:
-            with contextlib.suppress(NotFound):
-                head = self._map_store.map_head(floor.map)
-                found[floor.name] = MapVersion(head.id, head.version)
-        return found
 
 
 def view_of(journey: Journey) -> GoalView:
