@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
+from engine.control.journeys.views import LiftWait, SiteView
 from engine.control.planning.building_requests import BuildingSpot
 from engine.control.views import GoalView
 from ppaas.buildings.journeys.records import Journey
@@ -47,6 +48,20 @@ class JourneyCalls(Protocol):
         Conflict
             It has ended.
         """
+        ...
+
+    async def building_state(self, owner: str, building: str) -> SiteView:
+        """Return the state of the lifts and doors of a building, and its journeys; its devices are connected for it.
+
+        Raises
+        ------
+        NotFound
+            There is no such building.
+        """
+        ...
+
+    async def lift_waits(self, owner: str, building: str) -> list[LiftWait]:
+        """Return the waits for the lifts of a building that are expected now; none where no robot travels."""
         ...
 
 

@@ -2,12 +2,14 @@
 
 import asyncio
 import logging
+from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner, RobotOrder
+from engine.control.buildings.building_runner import BuildingAlert, BuildingHooks, BuildingRunner, RobotOrder
 from engine.control.journeys.kept import KeptJourneys
+from engine.control.journeys.views import JourneyView, LiftWait, SiteView
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.processes.background import Background
@@ -38,6 +40,12 @@ logger = logging.getLogger(__name__)
 
 TICK = 0.2
 """Time between two looks at the robots [s]."""
+
+FIRST_REPORTS = 2.0
+"""Time for which who looks at a site that was just opened waits for the first reports of its devices [s]."""
+
+ENDED = 20
+"""Number of journeys that have ended that a site remembers."""
 
 PAUSE = 0.5
 """Time after which an order that could not be obeyed is tried again [s]."""
@@ -92,12 +100,18 @@ class SiteHooks:
         Stores journeys and rides of the building.
     changed : callable
         Called with each journey whose record has changed.
+    alert : callable
+        Called with what people must look at, and with lifts and doors that have a fault or serve again.
+    waited : callable
+        Called with the time that each robot that boards a lift has waited for it [s].
     """
 
     rider: Callable[[Journey, Callable[[GoalView], None]], Rider]
     plan: Callable[[Journey, Place], Awaitable[list[JourneyLeg]]]
     keep: Callable[[list[Journey], list[LiftRide]], Awaitable[None]]
     changed: Callable[[Journey], None]
+    alert: Callable[[BuildingAlert], None] = lambda _alert: None
+    waited: Callable[[float], None] = lambda _seconds: None
 
 
 @dataclass(slots=True)
@@ -144,9 +158,10 @@ class JourneySite:
         self.layout, self._hooks, self._clock = layout, hooks, clock
         self._rides = {ride.robot: ride for ride in kept.rides}
         self._travellers: dict[str, _Traveller] = {}
+        self._ended: deque[Journey] = deque(maxlen=ENDED)
         self._background = Background()
         self._saving = asyncio.Lock()
-        runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected)
+        runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected, hooks.alert)
         self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides)
         for journey in kept.journeys:
             self.begin(journey)
@@ -156,21 +171,28 @@ class JourneySite:
         """The building, as it was when the site was opened."""
         return self.layout.building
 
-    def out_of_order(self) -> frozenset[str]:
-        """Return the lifts that are known to serve no robots now."""
-        now, cars = self._clock(), self.runner.lifts.cars.items()
-        known = {lift: car for lift, car in cars if car.state is not None}
-        return frozenset(lift for lift, car in known.items() if car.is_silent(now) or car.is_out_of_order(now))
-
     @property
     def is_idle(self) -> bool:
-        """Whether no robot is on a journey or in a lift."""
-        return not self._travellers and not self._rides
+        """Whether no robot is on a journey or in a lift, and all of that is stored."""
+        return not self._travellers and not self._rides and not self._saving.locked()
 
     @property
     def journeys(self) -> list[Journey]:
         """Journeys that have not ended."""
         return [each.machine.journey for each in self._travellers.values()]
+
+    @property
+    def waits(self) -> list[LiftWait]:
+        """Waits that are expected now, of the lifts that are known."""
+        return [LiftWait(lift, floor, wait) for (lift, floor), wait in self.runner.waits().items()]
+
+    async def view(self) -> SiteView:
+        """Return the state of lifts and doors, after their first reports or a while, and the journeys."""
+        for _ in range(round(FIRST_REPORTS / TICK)):
+            if self.runner.has_heard_all:
+                break
+            await asyncio.sleep(TICK)
+        return SiteView(self.runner.view(), [_view_of(journey) for journey in (*self._ended, *self.journeys)])
 
     async def run(self) -> None:
         """Lead the building until cancelled."""
@@ -259,6 +281,7 @@ class JourneySite:
                 except PPaaSError as error:
                     logger.info("robot %s waits on its journey: %s", robot, error)
                     await asyncio.sleep(PAUSE)
+        self._ended.append(traveller.machine.journey)
         if self._travellers.get(robot) is traveller:
             del self._travellers[robot]
         traveller.rider.leave()
@@ -312,7 +335,9 @@ class JourneySite:
 
     async def _store_ride(self, order: StoreRide | RemoveRide) -> None:
         if isinstance(order, StoreRide):
-            self._rides[order.ride.robot] = order.ride
+            before, self._rides[order.ride.robot] = self._rides.get(order.ride.robot), order.ride
+            if before is not None and (before.phase, order.ride.phase) == ("waiting", "boarding"):
+                self._hooks.waited(self._clock() - before.since)
         else:
             self._rides.pop(order.robot, None)
         await self._save()
@@ -321,3 +346,11 @@ class JourneySite:
         async with self._saving:
             active = [journey for journey in self.journeys if journey.state == "active"]
             await self._hooks.keep(active, list(self._rides.values()))
+
+
+def _view_of(journey: Journey) -> JourneyView:
+    leg = journey.now.name if journey.leg < len(journey.legs) else ""
+    return JourneyView(
+        journey.id, journey.user, journey.robot, journey.on, journey.floor, journey.phase, leg, journey.state,
+        journey.text, journey.since, journey.ended,
+    )  # fmt: skip

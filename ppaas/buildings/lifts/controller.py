@@ -170,16 +170,22 @@ class LiftController:
 
     # -- what is known -------------------------------------------------------------------------------------------------
 
+    def waits(self, now: float) -> dict[tuple[str, str], float]:
+        """Return about how long a robot would wait for each lift at each floor [s]: all whose lifts are known."""
+        known = (car for car in self._cars.values() if not car.is_new(now))
+        return {(car.lift, floor): self.estimate(car.lift, floor, now) for car in known for floor in car.shaft.levels}
+
     def estimate(self, lift: str, origin: str, now: float) -> float:
         """Return about how long a robot would wait for a lift at a floor [s]; infinite if it does not serve robots."""
         car = self._cars.get(lift)
-        if car is None or origin not in car.shaft.levels or car.fault(now):
+        if car is None or not car.serves(origin, now):
             return math.inf
         shaft, settings = car.shaft, car.shaft.settings
         ahead = list(car.rides.values())
         trips = math.ceil(sum(ride.size for ride in ahead) / settings.robots)
         mean = sum(shaft.seconds(ride.origin, ride.destination) for ride in ahead) / max(len(ahead), 1)
-        return trips * mean + 2.0 * ROBOT_TIME * len(ahead) + shaft.seconds(car.at, origin)
+        taken = settings.wait if car.is_taken() else 0.0
+        return taken + trips * mean + 2.0 * ROBOT_TIME * len(ahead) + shaft.seconds(car.at, origin)
 
     # -- internals -----------------------------------------------------------------------------------------------------
 

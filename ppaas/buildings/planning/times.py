@@ -72,6 +72,7 @@ class BuildingState:
         self.measured = [len(part) < 2 for part in network.parts]
         self.closed: frozenset[tuple[str, str]] = frozenset()
         self.out_of_order: frozenset[str] = frozenset()
+        self.waits: Mapping[tuple[str, str], float] = {}
         self.stamps, self.stamp = [0] * len(network.floors), 0
 
     def measure(self, floor: int, lengths: Matrix) -> None:
@@ -91,6 +92,12 @@ class BuildingState:
         broken = frozenset(names)
         if broken != self.out_of_order:
             self.out_of_order = broken
+            self.stamp += 1
+
+    def expect(self, waits: Mapping[tuple[str, str], float]) -> None:
+        """Expect these waits for lifts [s], by lift and floor, instead of the mean ones; infinite: it is not taken."""
+        if waits != self.waits:
+            self.waits = dict(waits)
             self.stamp += 1
 
     def _changed(self, floors: Iterable[int]) -> None:
@@ -120,7 +127,7 @@ class BuildingTimes:
         self._on_floor: list[Matrix | None] = [None] * floors
         self._seen = [-1] * floors
         self._stamp = -1
-        self._broken: frozenset[str] | None = None
+        self._links_of: tuple[frozenset[str], Mapping[tuple[str, str], float]] | None = None
         count = len(network.portals)
         self._portal_moves = self._portals = np.full((count, count), math.inf)
         self._between: dict[tuple[int, int], Matrix] = {}
@@ -211,7 +218,7 @@ class BuildingTimes:
         self._between.clear()
         self._metres.clear()
         self._chains.clear()
-        if self._broken != self.state.out_of_order:
+        if self._links_of != (self.state.out_of_order, self.state.waits):
             self._use_links()
         for floor, stamp in enumerate(self.state.stamps):
             if self._seen[floor] != stamp:
@@ -223,16 +230,26 @@ class BuildingTimes:
 
     def _use_links(self) -> None:
         """List the lifts and ways that the robot may take and that are in service."""
-        self._broken = self.state.out_of_order
+        self._links_of = self.state.out_of_order, self.state.waits
         self._seen = [-1] * len(self._seen)
         self._portal_moves = np.full_like(self._portal_moves, math.inf)
         self.links = [[] for _ in self.network.junctions]
         for link in self.network.links:
-            if self.traveller.may_take(link) and link.name not in self._broken:
-                seconds = self.seconds_of(link)
+            seconds = self.seconds_with_wait(link)
+            if self.traveller.may_take(link) and link.name not in self.state.out_of_order and math.isfinite(seconds):
                 self.links[link.start].append((link, seconds))
                 at = self._slot[link.start], self._slot[link.goal]
                 self._portal_moves[at] = min(self._portal_moves[at], seconds)
+
+    def seconds_with_wait(self, link: BuildingLink) -> float:
+        """Return the time that a lift or a way takes, with the wait that is expected now [s]."""
+        seconds, waits = self.seconds_of(link), self.state.waits
+        if link.way is not None or not waits:
+            return seconds
+        names = (self.network.floors[self.network.junctions[each].floor] for each in (link.start, link.goal))
+        usual = self.network.layout.building.lift(link.name).wait
+        wait, there = (waits.get((link.name, floor), usual) for floor in names)
+        return seconds - usual + wait if math.isfinite(there) else math.inf
 
     def seconds_of(self, link: BuildingLink) -> float:
         """Return the time that a link takes [s]."""

@@ -198,3 +198,23 @@ async def test_a_goal_without_a_way_fails_with_the_reason(
     running(site)
     await until(lambda: site.is_idle)
     assert (around.changes[-1].state, around.changes[-1].text) == ("failed", "no lift goes there")
+
+
+async def test_who_looks_sees_the_lift_the_robot_in_it_and_what_has_ended(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    waits: list[float] = []
+    hooks = SiteHooks(around.rider, around.plan, around.keep, around.changes.append, waited=waits.append)
+    site = JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=KeptJourneys())
+    running(site)
+    seen = await site.view()
+    assert [(lift.lift, lift.fault) for lift in seen.devices.lifts] == [("north", "")], "after its first report"
+    site.begin(JOURNEY)
+    await until(lambda: any(change.phase == "inside" for change in around.changes))
+    [journey] = (await site.view()).journeys
+    assert (journey.robot, journey.leg, journey.floor, journey.state) == ("tb1", "north", "L2", "active")
+    await until(lambda: site.is_idle, 30.0)
+    [ended] = (await site.view()).journeys
+    assert (ended.state, ended.on, ended.leg) == ("succeeded", "L2", "")
+    assert len(waits) == 1 and 0.0 <= waits[0] < 30.0
+    assert {(wait.lift, wait.floor) for wait in site.waits} == {("north", "L1"), ("north", "L2")}

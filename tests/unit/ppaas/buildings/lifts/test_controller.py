@@ -411,6 +411,27 @@ def test_a_queue_makes_the_estimated_wait_longer_and_a_fault_infinite():
     assert math.isinf(scene.controller.estimate("A", "L2", scene.now))
 
 
+def test_waits_are_known_once_a_lift_could_have_reported():
+    scene = Scene()
+    assert scene.controller.waits(scene.now) == {}
+    scene.for_seconds(1.0)
+    assert set(scene.controller.waits(scene.now)) == {("A", floor) for floor in FLOORS}
+    scene.for_seconds(6.0, floors=("L1", "L2"))
+    waits = scene.controller.waits(scene.now)
+    assert [math.isinf(waits["A", floor]) for floor in FLOORS] == [False, False, True], "it does not stop there now"
+    assert math.isinf(waits["B", "L1"]), "it should have reported by now"
+
+
+def test_people_who_have_a_lift_make_the_wait_longer():
+    scene = Scene()
+    scene.for_seconds(1.0)
+    free = scene.controller.estimate("A", "L2", scene.now)
+    for changes in ({"mode": "human"}, {"mode": "agv", "session": "somebody"}):
+        scene.for_seconds(1.0, **changes)
+        taken = scene.controller.estimate("A", "L2", scene.now)
+        assert taken == free + BUILDING.lift("A").wait
+
+
 def test_an_old_request_is_served_before_many_newer_ones():
     scene = Scene()
     scene.for_seconds(0.5)

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from ppaas.buildings.building import DoorSettings, LiftSettings, WaySettings
+from ppaas.buildings.planning.legs import legs_of
 from ppaas.buildings.planning.network import BuildingLink, BuildingNetwork
 from ppaas.buildings.planning.planner import BuildingPlanner
 from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Traveller
 from ppaas.zones.zone import Zone
 from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, gate, lift, passage, two_floors
 
+START_POSE, GOAL_POSE = (0.1, 5.5, 0.0), (0.5, 0.5, 0.0)
 START, GOAL = ("L0", 0.1, 5.5), ("L0", 5.9, 5.5)
 
 
@@ -114,3 +116,28 @@ def test_a_ride_waits_and_opens_doors_twice() -> None:
     network = BuildingNetwork(two_floors(lifts=(settings,)).layout)
     assert [link.seconds for link in network.links] == [pytest.approx(10.0 + 2 * 2.0 + 4.0 / 2.0)] * 2
     assert network.ride("north", 0, network.of_lift("north")[1]).seconds == pytest.approx(2.0 + 4.0 / 2.0)
+
+
+def test_the_waits_of_now_decide_which_lift_is_taken_and_how_long_it_takes() -> None:
+    planner = two_floors(lift("south", 4.0, 2.5)).planner()
+    times, goal = planner.times(Traveller()), ("L1", 0.5, 0.5)
+    mean = planner.plan(times, START, goal)
+    assert mean is not None and mean.chain.names == ("north",)
+    planner.state.expect({("north", "L0"): 50.0, ("north", "L1"): 0.0})
+    found = planner.plan(times, START, goal)
+    assert found is not None and found.chain.names == ("south",)
+    planner.state.expect({("north", "L0"): 50.0, ("south", "L0"): math.inf})
+    found = planner.plan(times, START, goal)
+    assert found is not None and found.chain.names == ("north",)
+    assert found.seconds == pytest.approx(mean.seconds - LiftSettings(lift="north").wait + 50.0)
+    legs = legs_of(times, found.route, found.goal, (START_POSE, GOAL_POSE))
+    assert sum(leg.seconds for leg in legs) == pytest.approx(found.seconds, abs=0.01)
+    planner.state.expect({})
+    assert planner.plan(times, START, goal).seconds == mean.seconds  # type: ignore[union-attr]
+
+
+def test_a_lift_that_does_not_stop_at_a_floor_now_leads_not_there() -> None:
+    planner = two_floors().planner()
+    times = planner.times(Traveller())
+    planner.state.expect({("north", "L1"): math.inf})
+    assert planner.plan(times, START, ("L1", 0.5, 0.5)) is None
