@@ -61,6 +61,7 @@ class World:
         self.pedestrians: list[Pedestrian] = []
         self.furniture: list[Furniture] = []
         self.figures: list[PersonFigure] = []
+        self._legs: dict[int, list[pymunk.Circle]] = {}
         self.pedestrian_model = PedestrianModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
@@ -157,14 +158,23 @@ class World:
 
     def add_furniture(self, piece: Furniture) -> None:
         """Add a piece of furniture; robots that touch its legs touch a wall. It belongs before the first people."""
-        body = self._space.static_body
-        for x, y, radius in piece.discs:
-            shape = pymunk.Circle(body, radius, (x, y))
-            shape.friction = 0.4
-            # People walk around furniture by their paths, and sit down on it.
-            shape.filter = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ PEOPLE)
-            self._space.add(shape)
+        self._add_legs(piece, self._space.static_body)
         self.furniture.append(piece)
+
+    def move_furniture(self, piece: Furniture, moved: Furniture, carrier: SimulatedRobot | None = None) -> None:
+        """Put another piece of furniture in place of one: on the floor, or as a part of the robot that carries it."""
+        self._space.remove(*self._legs.pop(id(piece)))
+        self._add_legs(moved, self._space.static_body if carrier is None else carrier.base.body)
+        self.furniture = [moved if each is piece else each for each in self.furniture]
+
+    def _add_legs(self, piece: Furniture, body: pymunk.Body) -> None:
+        legs = [pymunk.Circle(body, radius, body.world_to_local((x, y))) for x, y, radius in piece.discs]
+        for leg in legs:
+            leg.friction = 0.4
+            # People walk around furniture by their paths, and sit down on it.
+            leg.filter = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ PEOPLE)
+        self._space.add(*legs)
+        self._legs[id(piece)] = legs
 
     def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
         """Return the true positions of the other robots and of the people, as discs."""
