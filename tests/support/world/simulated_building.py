@@ -9,10 +9,19 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 from robots.sim.floors.building import SimulatedBuilding
+from robots.sim.laser import LaserModel
+from robots.sim.odometry import OdometryNoise
+from robots.sim.robot import SimulatedRobotModel, TurtlebotModel
 from tests.support.world.planar_world import walled_map
 
 SHAFT = [(2.0, 2.0, 2.2, 4.0), (3.8, 2.0, 4.0, 4.0), (2.2, 2.0, 2.4, 2.2), (3.6, 2.0, 3.8, 2.2)]
 """Walls of the car, whose doors are to the south."""
+
+
+MODEL = SimulatedRobotModel(
+    base=TurtlebotModel(slip=0.0), laser=LaserModel(sigma=0.0), odometry=OdometryNoise(drift=0.0)
+)
+IN_CAR, BEFORE = Pose2D(3.0, 3.0, -np.pi / 2), Pose2D(3.0, 1.0, np.pi / 2)
 
 
 def turned(places: list[list[float]]) -> list[list[float]]:

@@ -10,17 +10,10 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.floors.building import SimulatedBuilding
-from robots.sim.laser import LaserModel
-from robots.sim.odometry import OdometryNoise
-from robots.sim.robot import SimulatedRobot, SimulatedRobotModel, TurtlebotModel
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from tests.support.world.planar_world import walled_map
-from tests.support.world.simulated_building import building, layout
-
-MODEL = SimulatedRobotModel(
-    base=TurtlebotModel(slip=0.0), laser=LaserModel(sigma=0.0), odometry=OdometryNoise(drift=0.0)
-)
-IN_CAR, BEFORE = Pose2D(3.0, 3.0, -np.pi / 2), Pose2D(3.0, 1.0, np.pi / 2)
+from tests.support.world.simulated_building import BEFORE, IN_CAR, MODEL, building, layout
 
 
 def run(simulated: SimulatedBuilding, seconds: float, *asked: LiftRequest | DoorRequest) -> None:
