@@ -12,6 +12,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from engine.control.journeys.calls import JOURNEY
+from engine.control.journeys.floor_parts import FloorParts
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
 from engine.control.journeys.site import JourneySite, Rider, SiteHooks
 from engine.control.journeys.travellers import traveller_of
@@ -34,12 +35,18 @@ from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.messages import decode, encode
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.nodes.amcl.floor_service import FIND_FLOOR
 from ppaas.robot_model.describe import describe
 from storage.buildings.records import BuildingRecord
 from storage.ports import MapStore, Store
 from storage.versions import ZONES
 
 logger = logging.getLogger(__name__)
+
+ANSWER = 2.0
+"""Time in which a clone answers what needs no scans [s]."""
 
 KEPT = 100
 """Number of journeys of a robot that are remembered, also after their end."""
@@ -117,6 +124,14 @@ class RidingRobot:
         await asyncio.to_thread(self._store_move, map_id, pose)
         await self._sessions.moved(self._user, self._robot)
 
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        """Ask its clone on which floor it is."""
+        client = self._joined()
+        if client is None:
+            raise Unavailable(f"robot {self._robot!r} has no container")
+        within = ANSWER + (request.timeout if request.floors else 0.0)
+        return decode(FindFloorResponse, await client.place.call(FIND_FLOOR.name, encode(request), within))
+
     def _store_move(self, map_id: str, pose: Place) -> None:
         record = self._store.robot(self._user, self._robot)
         if record.map != map_id:
@@ -157,7 +172,7 @@ class JourneyLeader:
     store : Store
         Has buildings, robots, and stored journeys.
     map_store : MapStore
-        Has the zones of floors.
+        Has the maps of floors, and their zones.
     planning : Planning
         Plans paths on floors.
     hosts : DeviceHosts
@@ -181,6 +196,7 @@ class JourneyLeader:
         self._planning = BuildingPlanning(planning, KeptLengths())
         self._sites: dict[tuple[str, str], _OpenSite] = {}
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
+        self._parts = FloorParts(map_store)
         self._opening = asyncio.Lock()
 
     # -- life ----------------------------------------------------------------------------------------------------------
@@ -269,7 +285,8 @@ class JourneyLeader:
                 known.running.cancel()
                 await asyncio.gather(known.running, return_exceptions=True)
             plan, keep = partial(self._plan, record, layout), partial(self._keep, record.key)
-            hooks = SiteHooks(self._rider, plan, keep, self._changed)
+            parts = partial(self._parts_of, layout)
+            hooks = SiteHooks(self._rider, plan, keep, self._changed, parts)
             site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
             self._sites[record.key] = _OpenSite(site, asyncio.create_task(site.run()), version)
             return site
@@ -283,6 +300,9 @@ class JourneyLeader:
             ):
                 zones[floor.name] = opened.zones()
         return layout_of(record.building, zones)
+
+    async def _parts_of(self, layout: BuildingLayout, journey: Journey) -> dict[str, FloorPart]:
+        return await asyncio.to_thread(self._parts.of, journey, layout)
 
     def _rider(self, journey: Journey, ended: Callable[[GoalView], None]) -> Rider:
         return RidingRobot(self._driver, self._sessions, self._store, journey, ended)
