@@ -1,7 +1,7 @@
-"""Building of two floors: its maps, a world with both, and what carries a robot in the car."""
+"""Building of two or three floors: its maps, a world with all, and what carries a robot in the car."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
@@ -31,6 +31,7 @@ SHAFT = [
 
 GROUND = walled_map(WIDTH, HEIGHT, [*SHAFT, (4.3, 1.5, 4.5, 4.5)])
 LOFT = walled_map(WIDTH, HEIGHT, [*SHAFT, (3.2, 2.6, 3.8, 3.2), (5.0, 0.8, 5.6, 1.2)])
+ATTIC = walled_map(WIDTH, HEIGHT, [*SHAFT, (2.9, 0.3, 3.2, 1.6), (4.0, 3.2, 5.2, 3.5)])
 BETWEEN = WIDTH + 2.0
 """Distance between the floors, which are beside each other in the world [m]."""
 
@@ -48,40 +49,58 @@ BUILDING = Building(
 )
 
 
+HIGHER = Building(floors=(*BUILDING.floors, Floor(name="L3", map="floor-3", elevation=6.0)), lifts=BUILDING.lifts)
+"""The building with a third floor."""
+
+FLOORS = {"floor-1": GROUND, "floor-2": LOFT, "floor-3": ATTIC}
+"""Floors by their maps, in the order in which they are beside each other in the world."""
+
+
 def world_of(*floors: GridMap) -> GridMap:
     """Return floors beside each other."""
-    gap = np.zeros((floors[0].info.height, round((BETWEEN - WIDTH) / floors[0].info.resolution)), np.int8)
-    data = np.hstack([floors[0].data, gap, floors[1].data])
-    return GridMap(data, GridInfo(floors[0].info.resolution, data.shape[1], data.shape[0]))
+    resolution = floors[0].info.resolution
+    gap = np.zeros((floors[0].info.height, round((BETWEEN - WIDTH) / resolution)), np.int8)
+    data = np.hstack([part for floor in floors for part in (floor.data, gap)][:-1])
+    return GridMap(data, GridInfo(resolution, data.shape[1], data.shape[0]))
 
 
-async def put_building(rest: RestClient) -> None:
-    """Publish both maps with their zones, and the building."""
-    for name, grid in (("floor-1", GROUND), ("floor-2", LOFT)):
-        await publish_map(rest, name, grid)
-        await rest.put_zones(name, geojson_of(ZONES))
-    warnings = (await rest.put_building("hotel", json_of(BUILDING)))["warnings"]
+async def put_building(rest: RestClient, building: Building = BUILDING) -> None:
+    """Publish the maps of all floors with their zones, and the building."""
+    for floor in building.floors:
+        await publish_map(rest, floor.map, FLOORS[floor.map])
+        await rest.put_zones(floor.map, geojson_of(ZONES))
+    warnings = (await rest.put_building("hotel", json_of(building)))["warnings"]
     assert warnings == []
 
 
 @asynccontextmanager
-async def carried(clients: list[RestClient], drive: Drive, robot: str) -> AsyncIterator[list[str]]:
-    """Carry a robot in the car to the other floor, once its clone is on that; yield the maps that it was on.
+async def carried(
+    clients: list[RestClient], drive: Drive, robot: str, *, lies: Sequence[str] = ()
+) -> AsyncIterator[list[str]]:
+    """Carry a robot in the car to another floor, once its clone is on that; yield the maps that it was on.
 
-    The cloud is asked by the last of the clients; it may be away for a while.
+    The cloud is asked by the last of the clients; it may be away for a while. The first rides end on the maps in
+    ``lies`` instead. A robot is not carried to the floor that it is on already.
     """
     maps: list[str] = ["floor-1"]
+    really, wrong = "floor-1", list(lies)
 
     async def carry() -> None:
+        nonlocal really
         while True:
             name = maps[-1]
             with suppress(PPaaSError):
                 name = (await clients[-1].get(f"/v1/robots/{robot}"))["map"]
             if name != maps[-1]:
                 maps.append(name)
-                base = drive.world.robots[0].base
-                assert 0.3 < base.pose.x < 1.9 and base.pose.y > 2.45, "it is in the car"
-                base.carry_to(Pose2D(base.pose.x + BETWEEN, base.pose.y, base.pose.theta))
+                if name == really:
+                    continue
+                floor = wrong.pop(0) if wrong else name
+                base, names = drive.world.robots[0].base, list(FLOORS)
+                x = base.pose.x - BETWEEN * names.index(really)
+                assert 0.3 < x < 1.9 and base.pose.y > 2.45, "it is in the car"
+                base.carry_to(Pose2D(x + BETWEEN * names.index(floor), base.pose.y, base.pose.theta))
+                really = floor
             await asyncio.sleep(0.05)
 
     carrying = asyncio.create_task(carry())
