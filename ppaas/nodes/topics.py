@@ -41,6 +41,7 @@ from ppaas.messages.sensor_msgs import (
     BatteryState,
     CameraInfo,
     CompressedImage,
+    FluidPressure,
     Image,
     LaserScan,
     MultiEchoLaserScan,
@@ -71,6 +72,7 @@ DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
 CLOUD_IN = Topic("cloud_in", PointCloud2, stream=True, depth=1, local=True)
 PEOPLE = Topic("people", People, stream=True)
 DETECTIONS = Topic("detections", Detection3DArray, stream=True)
+BAROMETER = Topic("barometer", FluidPressure, stream=True, depth=1)
 
 # -- docks -------------------------------------------------------------------------------------------------------------
 

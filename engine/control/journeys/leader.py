@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from engine.control.buildings.building_runner import BuildingAlert
 from engine.control.journeys.building_index import BuildingIndex
 from engine.control.journeys.calls import JOURNEY
+from engine.control.journeys.floor_parts import FloorParts
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
 from engine.control.journeys.open_sites import OpenSites
 from engine.control.journeys.site import JourneySite, Rider, SiteHooks
@@ -36,11 +37,17 @@ from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.messages import decode, encode
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.nodes.amcl.floor_service import FIND_FLOOR
 from ppaas.robot_model.describe import describe
 from storage.buildings.records import BuildingRecord, all_buildings, no_building_of
 from storage.ports import MapStore, Store
 
 logger = logging.getLogger(__name__)
+
+ANSWER = 2.0
+"""Time in which a clone answers what needs no scans [s]."""
 
 KEPT = 100
 """Number of journeys of a robot that are remembered, also after their end."""
@@ -118,6 +125,14 @@ class RidingRobot:
         await asyncio.to_thread(self._store_move, map_id, pose)
         await self._sessions.moved(self._user, self._robot)
 
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        """Ask its clone on which floor it is."""
+        client = self._joined()
+        if client is None:
+            raise Unavailable(f"robot {self._robot!r} has no container")
+        within = ANSWER + (request.timeout if request.floors else 0.0)
+        return decode(FindFloorResponse, await client.place.call(FIND_FLOOR.name, encode(request), within))
+
     def _store_move(self, map_id: str, pose: Place) -> None:
         record = self._store.robot(self._user, self._robot)
         if record.map != map_id:
@@ -150,7 +165,7 @@ class JourneyLeader:
     store : Store
         Has buildings, robots, and stored journeys.
     map_store : MapStore
-        Has the zones of floors.
+        Has the maps of floors, and their zones.
     planning : Planning
         Plans paths on floors.
     hosts : DeviceHosts
@@ -175,6 +190,7 @@ class JourneyLeader:
         self._sites = OpenSites(map_store, lambda key: kept_journeys(store, *key), self._made)
         self._buildings = BuildingIndex(store)
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
+        self._parts = FloorParts(map_store)
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
@@ -283,12 +299,15 @@ class JourneyLeader:
         """Return a site of a building."""
         hooks = SiteHooks(
             self._rider, partial(self._plan, record, layout), partial(self._keep, record.key), self._changed,
-            partial(self._alerted, record), self._driver.counts.lift_waits.add,
+            partial(self._parts_of, layout), partial(self._alerted, record), self._driver.counts.lift_waits.add,
         )  # fmt: skip
         return JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept)
 
     def _alerted(self, record: BuildingRecord, alert: BuildingAlert) -> None:
         self._driver.events.building_alerted(record.key, record.building, alert)
+
+    async def _parts_of(self, layout: BuildingLayout, journey: Journey) -> dict[str, FloorPart]:
+        return await asyncio.to_thread(self._parts.of, journey, layout)
 
     def _rider(self, journey: Journey, ended: Callable[[GoalView], None]) -> Rider:
         return RidingRobot(self._driver, self._sessions, self._store, journey, ended)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from engine.control.buildings.building_runner import BuildingAlert, BuildingHooks, BuildingRunner, RobotOrder
+from engine.control.journeys.floor_parts import floor_request
 from engine.control.journeys.kept import KeptJourneys
 from engine.control.journeys.views import JourneyView, LiftWait, SiteView
 from engine.control.views import GoalView
@@ -29,12 +30,14 @@ from ppaas.buildings.journeys.records import (
     JourneyOrder,
     Keep,
     LeftCar,
+    LookForFloor,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
 from ppaas.clock import Clock, epoch
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
 
 logger = logging.getLogger(__name__)
 
@@ -81,6 +84,10 @@ class Rider(Protocol):
         """Let its clone go on on another map."""
         ...
 
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        """Ask its clone on which floor it is; ``NotFound`` or ``Conflict`` if that cannot compare scans with maps."""
+        ...
+
     def leave(self) -> None:
         """Follow it no longer."""
         ...
@@ -100,6 +107,8 @@ class SiteHooks:
         Stores journeys and rides of the building.
     changed : callable
         Called with each journey whose record has changed.
+    parts : callable
+        Returns the parts of the maps around the lift of a journey, by floor.
     alert : callable
         Called with what people must look at, and with lifts and doors that have a fault or serve again.
     waited : callable
@@ -110,6 +119,7 @@ class SiteHooks:
     plan: Callable[[Journey, Place], Awaitable[list[JourneyLeg]]]
     keep: Callable[[list[Journey], list[LiftRide]], Awaitable[None]]
     changed: Callable[[Journey], None]
+    parts: Callable[[Journey], Awaitable[dict[str, FloorPart]]]
     alert: Callable[[BuildingAlert], None] = lambda _alert: None
     waited: Callable[[float], None] = lambda _seconds: None
 
@@ -300,6 +310,11 @@ class JourneySite:
             case FindLegs(number):
                 if number == machine.journey.plans and not machine.is_over:
                     await self._plan(traveller, number)
+            case LookForFloor():
+                self._background.run(self._look_for_floor(traveller))
+            case EnteredCar():
+                await self._measure(traveller)
+                self._ask(robot, order)
             case ChangeFloor(floor, pose):
                 await traveller.rider.change_map(self.layout.building.floor(floor).map, pose)
             case _:
@@ -320,6 +335,39 @@ class JourneySite:
                 self.runner.approach(robot, floor, door)
             case DoorPassed(floor, door):
                 self.runner.passed(robot, floor, door)
+
+    async def _measure(self, traveller: _Traveller) -> None:
+        """Note the pressure of the air, if the robot has a barometer, before the car may leave."""
+        if traveller.machine.journey.pressure:
+            return
+        try:
+            answer = await traveller.rider.find_floor(FindFloorRequest())
+        except PPaaSError as error:
+            logger.debug("no barometer is asked: %s", error)
+        else:
+            if answer.pressure:
+                self._take(traveller, traveller.machine.measured(answer.pressure, self._clock()))
+
+    async def _look_for_floor(self, traveller: _Traveller) -> None:
+        """Ask the clone on which floor the robot leaves the car, until it answers or the answer is not needed."""
+        machine, rider = traveller.machine, traveller.rider
+        while machine.journey.looks_for_floor:
+            journey = machine.journey
+            try:
+                parts = await self._hooks.parts(journey)
+                request = floor_request(journey, self.layout, parts, rider.pose, self._clock())
+                answer = await rider.find_floor(request)
+            except (NotFound, Conflict, InvalidInput) as error:
+                logger.info("robot %s believes the lift: %s", journey.robot, error)
+                self._take(traveller, machine.cannot_look(self._clock()))
+            except PPaaSError as error:
+                logger.debug("robot %s is asked again where it is: %s", journey.robot, error)
+                await asyncio.sleep(PAUSE)
+            else:
+                x, y, yaw = answer.pose.planar()
+                found = machine.looked(answer.floor, answer.known, answer.probability, (x, y, yaw), self._clock())
+                self._take(traveller, found)
+                return
 
     async def _plan(self, traveller: _Traveller, number: int) -> None:
         machine = traveller.machine

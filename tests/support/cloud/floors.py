@@ -1,4 +1,4 @@
-"""Building of two floors: its maps, its simulation, and its record in a cloud."""
+"""Building of two or three floors: its maps, its simulation, and its record in a cloud."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -30,6 +30,7 @@ SHAFT = [
 
 GROUND = walled_map(WIDTH, HEIGHT, [*SHAFT, (4.3, 1.5, 4.5, 4.5)])
 LOFT = walled_map(WIDTH, HEIGHT, [*SHAFT, (3.2, 2.6, 3.8, 3.2), (5.0, 0.8, 5.6, 1.2)])
+ATTIC = walled_map(WIDTH, HEIGHT, [*SHAFT, (2.9, 0.3, 3.2, 1.6), (4.0, 3.2, 5.2, 3.5)])
 START, GOAL = Pose2D(1.8, 1.0, 1.57), Pose2D(2.6, 1.4, 0.0)
 CAR = [[0.3, 2.45], [1.9, 2.45], [1.9, 4.2], [0.3, 4.2], [0.3, 2.45]]
 ZONES = ZoneSet(
@@ -44,10 +45,17 @@ BUILDING = Building(
 )
 
 
-def simulated_building(seed: int = 0) -> SimulatedBuilding:
+HIGHER = Building(floors=(*BUILDING.floors, Floor(name="L3", map="floor-3", elevation=6.0)), lifts=BUILDING.lifts)
+"""The building with a third floor."""
+
+FLOORS = {"floor-1": GROUND, "floor-2": LOFT, "floor-3": ATTIC}
+"""Floors by their maps."""
+
+
+def simulated_building(seed: int = 0, building: Building = BUILDING) -> SimulatedBuilding:
     """Return the building with its lift; robots begin on the first floor."""
-    layout = layout_of(BUILDING, {"L1": ZONES, "L2": ZONES})
-    return SimulatedBuilding(layout, {"L1": GROUND, "L2": LOFT}, seed)
+    layout = layout_of(building, {floor.name: ZONES for floor in building.floors})
+    return SimulatedBuilding(layout, {floor.name: FLOORS[floor.map] for floor in building.floors}, seed)
 
 
 @asynccontextmanager
@@ -63,10 +71,10 @@ async def simulating(building: SimulatedBuilding) -> AsyncIterator[Building]:
 
 
 async def put_building(rest: RestClient, record: Building) -> None:
-    """Publish both maps with their zones, and the record of the building."""
-    for name, grid in (("floor-1", GROUND), ("floor-2", LOFT)):
-        await publish_map(rest, name, grid)
-        await rest.put_zones(name, geojson_of(ZONES))
+    """Publish the maps of all floors with their zones, and the record of the building."""
+    for floor in record.floors:
+        await publish_map(rest, floor.map, FLOORS[floor.map])
+        await rest.put_zones(floor.map, geojson_of(ZONES))
     warnings = (await rest.put_building("hotel", json_of(record)))["warnings"]
     assert warnings == []
 

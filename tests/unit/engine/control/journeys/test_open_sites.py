@@ -31,7 +31,9 @@ class Town:
 
     def make(self, record: BuildingRecord, layout: BuildingLayout, kept: KeptJourneys) -> JourneySite:
         self.made += 1
-        hooks = SiteHooks(self.around.rider, self.around.plan, self.around.keep, self.around.changes.append)
+        hooks = SiteHooks(
+            self.around.rider, self.around.plan, self.around.keep, self.around.changes.append, self.around.parts
+        )
         return JourneySite("/".join(record.key), layout, hooks, DeviceHosts(), kept=kept)
 
 

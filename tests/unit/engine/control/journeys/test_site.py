@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
 from engine.control.journeys import site as site_module
@@ -15,7 +16,12 @@ from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import Place, layout_of
 from ppaas.buildings.lifts.states import LiftRide
-from ppaas.errors import NoValidPath, Unavailable
+from ppaas.buildings.riding.floor_maps import part_around
+from ppaas.errors import Conflict, NotFound, NoValidPath, PPaaSError, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 from tests.support.waiting import until
@@ -58,6 +64,9 @@ class Robot:
     maps: list[str] = field(default_factory=list)
     left: bool = False
     reaches: bool = True
+    asked: list[FindFloorRequest] = field(default_factory=list)
+    answers: list[FindFloorResponse | PPaaSError] = field(default_factory=list)
+    """Answers to questions for the floor; without one, it is on the floor that it is taken to be on."""
 
     def send(self, goal_id: str, pose: Place) -> None:
         if not self.is_here:
@@ -74,6 +83,15 @@ class Robot:
     async def change_map(self, map_id: str, pose: Place) -> None:
         self.maps.append(map_id)
         self.map, self.pose = map_id, pose
+
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        if not request.floors:
+            return FindFloorResponse(pressure=99_000.0)
+        self.asked.append(request)
+        answer = self.answers.pop(0) if self.answers else FindFloorResponse(request.named, known=True)
+        if isinstance(answer, PPaaSError):
+            raise answer
+        return answer
 
     def leave(self) -> None:
         self.left = True
@@ -104,8 +122,13 @@ class Around:
             raise Unavailable("no store")
         self.kept.append((journeys, rides))
 
+    async def parts(self, journey: Journey) -> dict[str, FloorPart]:
+        assert (journey.now.name, journey.out) == ("north", journey.on)
+        grid = GridMap(np.zeros((40, 40), np.int8), GridInfo(0.1, 40, 40))
+        return {name: part_around(grid, Pose2D(1.0, 1.0), name, 0.0) for name in ("L1", "L2")}
+
     def site(self, kept: KeptJourneys | None = None) -> JourneySite:
-        hooks = SiteHooks(self.rider, self.plan, self.keep, self.changes.append)
+        hooks = SiteHooks(self.rider, self.plan, self.keep, self.changes.append, self.parts)
         return JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=kept or KeptJourneys())
 
 
@@ -204,7 +227,7 @@ async def test_who_looks_sees_the_lift_the_robot_in_it_and_what_has_ended(
     around: Around, running: Callable[[JourneySite], None]
 ) -> None:
     waits: list[float] = []
-    hooks = SiteHooks(around.rider, around.plan, around.keep, around.changes.append, waited=waits.append)
+    hooks = SiteHooks(around.rider, around.plan, around.keep, around.changes.append, around.parts, waited=waits.append)
     site = JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=KeptJourneys())
     running(site)
     seen = await site.view()
@@ -218,3 +241,42 @@ async def test_who_looks_sees_the_lift_the_robot_in_it_and_what_has_ended(
     assert (ended.state, ended.on, ended.leg) == ("succeeded", "L2", "")
     assert len(waits) == 1 and 0.0 <= waits[0] < 30.0
     assert {(wait.lift, wait.floor) for wait in site.waits} == {("north", "L1"), ("north", "L2")}
+
+
+async def test_a_clone_is_asked_for_the_floor_until_it_answers(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.answers = [Unavailable("the container was lost"), FindFloorResponse("L2", known=True)]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 30.0)
+    assert around.changes[-1].state == "succeeded" and len(around.robot.asked) == 2
+    request = around.robot.asked[-1]
+    assert (request.origin, request.destination, request.named, request.pressure) == ("L1", "L2", "L2", 99_000.0)
+    assert 0.0 < request.seconds < 30.0 and [part.floor for part in request.floors] == ["L1", "L2"]
+
+
+@pytest.mark.parametrize("error", [NotFound("service", "find_floor"), Conflict("the robot localizes itself")])
+async def test_a_clone_that_cannot_compare_scans_believes_the_lift(
+    around: Around, running: Callable[[JourneySite], None], error: PPaaSError
+) -> None:
+    around.robot.answers = [error]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 30.0)
+    assert around.changes[-1].state == "succeeded" and len(around.robot.asked) == 1
+
+
+async def test_a_robot_that_scans_show_on_another_floor_goes_on_from_its_map(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.answers = [FindFloorResponse("L1", known=True, pose=Pose.of(Pose2D(1.0, 2.5, 1.5)))]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 60.0)
+    assert around.robot.maps == ["map-2", "map-1", "map-2"], "back, and once more by the lift"
+    assert around.changes[-1].state == "succeeded"
+    assert any("it is on floor 'L1', not on 'L2'" in each.text for each in around.changes)
