@@ -79,9 +79,13 @@ async def test_a_mission_over_floors_is_added_with_floors(inn: CommandLine, file
     assert {row["task"]: row["floors"] for row in json.loads(ended.out)} == {"up": ["L1", "L2"], "down": ["L1"]}
 
 
+def edit(file: Path, before: str, after: str) -> None:
+    file.write_text(file.read_text().replace(before, after))
+
+
 async def test_floors_that_do_not_exist_are_refused(inn: CommandLine, file: Path) -> None:
-    file.write_text(file.read_text().replace('"L2"', '"roof"'))
+    edit(file, '"L2"', '"roof"')
     assert "building inn has no floor 'roof'; it has L1, L2" in (await inn("task", "run", str(file))).err
     put_map(inn.services.map_store, house())
-    file.write_text(file.read_text().replace("inn-L1", "house"))
+    edit(file, "inn-L1", "house")
     assert "the map house is no floor of a building" in (await inn("task", "run", str(file))).err
