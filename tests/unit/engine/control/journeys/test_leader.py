@@ -1,13 +1,18 @@
 """Leader of journeys: which robots it sends where, and what it refuses."""
 
 import asyncio
+import math
 from collections.abc import AsyncIterator
 from typing import Any
 
+import msgspec
+import numpy as np
 import pytest
 
 from engine.control.journeys.kept import keep_journeys
 from engine.control.journeys.leader import JourneyLeader, view_of
+from engine.control.journeys.site import JourneySite
+from engine.control.planning.building_requests import BuildingScene, BuildingSpot
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
 from engine.processes.background import cancel_all
@@ -85,6 +90,41 @@ async def test_a_robot_is_sent_in_the_building_that_its_map_is_a_floor_of(leader
     with pytest.raises(NotFound):
         await leader.cancel_journey("ann", "tb1", "journey-9")
     assert await leader.journeys("ann", "tb2") == []
+
+
+async def test_a_goal_of_a_task_is_sent_once_and_stored_ones_go_on_whoever_asks_first(
+    leader: JourneyLeader, store: MemoryStore
+) -> None:
+    first = await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0")
+    assert await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0") == first
+    assert [journey.id for journey in leader.of_robot("ann", "tb1")] == ["task-t-0-0"]
+    await leader.cancel_journey("ann", "tb1", "task-t-0-0")
+    await until(lambda: all(known.site.is_idle for known in leader._sites.values()))
+    await cancel_all([known.running for known in leader._sites.values()])
+    leader._sites.clear()
+    leader._known.clear()
+    stored = msgspec.structs.replace(first, sent=3)
+    keep_journeys(store, ("bob", "hotel"), [stored], [], 1.0)
+    assert (await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0")).sent == stored.sent
+
+
+async def test_times_in_a_building_are_of_those_lifts_that_serve(
+    leader: JourneyLeader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes: list[BuildingScene] = []
+
+    async def costs(user: str, scene: BuildingScene, *ends: Any) -> Any:
+        scenes.append(scene)
+        return np.array([[4.0, math.inf]])
+
+    monkeypatch.setattr(leader._planning, "costs", costs)
+    spots = [BuildingSpot("L1", 1.0, 2.0)]
+    assert await leader.times("ann", "house", spots, [*spots, BuildingSpot("L2", 1.0, 2.0)]) == [[4.0, None]]
+    monkeypatch.setattr(JourneySite, "out_of_order", lambda _self: frozenset({"north"}))
+    await leader.times("ann", "house", spots, spots)
+    assert [scene.traveller.avoid for scene in scenes] == [frozenset(), {"north"}]
+    with pytest.raises(InvalidInput, match="no floor of a building"):
+        await leader.times("ann", "yard", spots, spots)
 
 
 async def test_a_building_that_was_changed_is_read_again_once_nobody_travels(

@@ -14,7 +14,8 @@ from engine.devices.hosts import DeviceHosts
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import Place, layout_of
-from ppaas.buildings.lifts.states import LiftRide
+from ppaas.buildings.lifts.states import LiftRide, LiftState
+from ppaas.clock import epoch
 from ppaas.errors import NoValidPath, Unavailable
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
@@ -123,6 +124,19 @@ async def running() -> AsyncIterator[Callable[[JourneySite], None]]:
     for task in tasks:
         task.cancel()
     await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def test_lifts_that_serve_nobody_are_known_once_they_have_reported(around: Around) -> None:
+    site = around.site()
+    lifts, now = site.runner.lifts, epoch()
+    assert site.out_of_order() == frozenset()
+    for state, at, expected in (
+        (LiftState(lift="north", mode="fire"), now, {"north"}),
+        (LiftState(lift="north"), now, set()),
+        (LiftState(lift="north"), now - 1e6, {"north"}),
+    ):
+        lifts.lift_state(state, at)
+        assert site.out_of_order() == expected
 
 
 async def test_a_robot_is_led_through_a_lift_to_its_goal(
