@@ -88,13 +88,20 @@ async def test_straight_lines_count_while_nobody_answers(error: Exception) -> No
     assert await cloud.ways.measure(scene("L2"), 0.0) is straight
 
 
-def test_chargers_of_all_floors_are_known_with_their_floors() -> None:
+def test_chargers_of_all_floors_are_known_with_their_floors_and_those_that_are_linked() -> None:
+    links = {"L1": {"north"}, "L2": {"north", "ramp"}, "L3": {"ramp"}, "L4": {"south"}}
     maps = {
-        floor: TaskMap(MapVersion(floor, "v"), Sites(chargers={"a": A}, parking={"p": B} if floor == "L1" else {}))
-        for floor in ("L1", "L2")
+        floor: TaskMap(
+            MapVersion(floor, "v"),
+            Sites(chargers={"a": A}, parking={"p": B} if floor == "L1" else {}),
+            links=frozenset(names),
+        )
+        for floor, names in links.items()
     }
-    assert sites_on_floors(maps) == Sites(
-        {"L1/a": on_floor(A, "L1"), "L2/a": on_floor(A, "L2")}, {"L1/p": on_floor(B, "L1")}
-    )
+    sites = sites_on_floors(maps)
+    assert sites.chargers == {f"{floor}/a": on_floor(A, floor) for floor in links}
+    assert sites.parking == {"L1/p": on_floor(B, "L1")}
+    assert sites.leads("L1", "L3") and sites.leads("L3", "L1") and sites.leads("L4", "L4")
+    assert not sites.leads("L1", "L4") and not sites.leads("L4", "L2")
     alone = Sites(chargers={"a": A})
     assert sites_on_floors({"": TaskMap(MapVersion("m", "v"), alone)}) is alone
