@@ -1,10 +1,11 @@
 """Places of a map where robots charge and park: docks and stations among its zones."""
 
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
 from ppaas.zones.shapes import Point
-from ppaas.zones.zone import Dock, Station, Zone, ZoneSet
+from ppaas.zones.zone import Dock, LiftCar, Passage, Station, Zone, ZoneSet
 
 Spot = tuple[float, float, float]
 """x, y [m], yaw [rad] in the frame of the map."""
@@ -18,10 +19,17 @@ class Sites:
     ----------
     chargers : mapping of str to Spot
     parking : mapping of str to Spot
+    linked : mapping of str to set of str
+        In a building, the floors that lifts and ways lead to from each floor.
     """
 
     chargers: Mapping[str, Spot] = field(default_factory=dict)
     parking: Mapping[str, Spot] = field(default_factory=dict)
+    linked: Mapping[str, AbstractSet[str]] = field(default_factory=dict)
+
+    def leads(self, here: str, there: str) -> bool:
+        """Return whether robots get from a floor to another; of a map that is no floor, the names are empty."""
+        return here == there or there in self.linked.get(here, ())
 
 
 NO_SITES = Sites()
@@ -36,6 +44,12 @@ def sites_of(zones: ZoneSet) -> Sites:
         if isinstance(zone.rule, Station) and "park" in zone.rule.uses and zone.name not in chargers
     }
     return Sites(chargers, parking)
+
+
+def links_of(zones: ZoneSet) -> frozenset[str]:
+    """Return the lifts and ways of a floor, by which robots leave it."""
+    lifts = (zone.rule.lift or zone.name for zone in zones.zones if isinstance(zone.rule, LiftCar))
+    return frozenset((*lifts, *(zone.rule.way for zone in zones.zones if isinstance(zone.rule, Passage))))
 
 
 def _charges(zone: Zone) -> bool:

@@ -79,12 +79,12 @@ def trips(
     wish = sorted(needy, key=lambda name: (charge[name], name))
     wish += sorted((name for name in idle if charge[name] < limit), key=lambda name: (charge[name], name))
     taken = [task.target for task in task_of.values() if task.trip == "charge"]
-    charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken])
+    charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken], sites)
     gone = {name for name, _ in charging}
     stay = [name for name in idle if name not in gone and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
-    parking = _matched(sorted(away), robots, spots)
+    parking = _matched(sorted(away), robots, spots, sites)
     given: list[tuple[Trip, list[tuple[str, Place]]]] = [("charge", charging), ("park", parking)]
     return [
         (name, _trip(trip, (robots[name].place or place, place), name, now, number))
@@ -172,13 +172,18 @@ def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str
     return planned or any(_is_at(robot, [place]) for robot in robots.values())
 
 
-def _matched(names: list[str], robots: Mapping[str, RobotNow], places: list[Place]) -> list[tuple[str, Place]]:
-    """Return the nearest place of each robot that is left by those before it."""
+def _matched(
+    names: list[str], robots: Mapping[str, RobotNow], places: list[Place], sites: Sites
+) -> list[tuple[str, Place]]:
+    """Return the nearest place of each robot, to which it gets, that is left by those before it."""
     found, left = [], list(places)
     for name in names:
         place = robots[name].place
-        if left and place is not None:
-            nearest = min(left, key=lambda spot: straight(place, spot))
+        if place is None:
+            continue
+        near = [spot for spot in left if sites.leads(floor_of(place), floor_of(spot))]
+        if near:
+            nearest = min(near, key=lambda spot: straight(place, spot))
             left.remove(nearest)
             found.append((name, nearest))
     return found

@@ -6,8 +6,7 @@ goals again, and Move Base ignores those that it has.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from collections.abc import Set as AbstractSet
+from collections.abc import Container, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -16,7 +15,7 @@ from msgspec.structs import replace
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
 from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
-from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
+from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask, carries
 from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
 from ppaas.tasks.succession import following, verdict
@@ -32,6 +31,9 @@ REST = 15.0
 
 GONE_AFTER = 30.0
 """Time from the loss of a robot's connection until it gives its task back [s]."""
+
+NONE: Mapping[str, float] = MappingProxyType({})
+"""No robots."""
 
 
 class Dispatcher:
@@ -101,11 +103,7 @@ class Dispatcher:
         return [Cancel(task.robot, task.goal_id)]
 
     def see(
-        self,
-        robots: Mapping[str, RobotNow],
-        now: float,
-        lost: Mapping[str, float] = MappingProxyType({}),
-        riding: AbstractSet[str] = frozenset(),
+        self, robots: Mapping[str, RobotNow], now: float, lost: Mapping[str, float] = NONE, riding: Container[str] = ()
     ) -> list[Order]:
         """Note the robots that are connected: all of them, each time.
 
@@ -115,7 +113,7 @@ class Dispatcher:
         now : float
         lost : mapping of str to float
             Times at which others were lost, as far as known; by default, since they were not seen any more.
-        riding : set of str
+        riding : container of str
             Robots in lifts, where they may be silent: they keep their tasks.
         """
         come = [name for name in robots if name not in self._robots]
@@ -131,7 +129,7 @@ class Dispatcher:
         orders += [self._send(task) for task in come_tasks if task.holding is None]
         for name in self._seen.keys() & lost.keys() - robots.keys():
             self._seen[name] = min(self._seen[name], lost[name])
-        self._seen |= dict.fromkeys(self._seen.keys() & riding, now)
+        self._seen |= {name: now for name in self._seen if name in riding}
         for name in tuple(self._seen):
             if now - self._seen[name] > GONE_AFTER:
                 orders += self._gone(name, now)
@@ -256,7 +254,8 @@ class Dispatcher:
         for task in waiting:
             reason = reach_reason(task, self._robots, self.sites)
             orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
-        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
+        robots = {name: robot for name, robot in self._robots.items() if now >= self._rests_until.get(name, now)}
+        for robot, trip in trips(robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
             before = self._task(robot)
             if before is not None and before.trip == "park":
                 orders += self._end(before, "cancelled", "its robot charges", now)
@@ -344,7 +343,7 @@ class Dispatcher:
             return []
         reason = f"robot {robot!r} is not connected any more"
         if task.is_loaded:
-            return self._end(task, "failed", _carries(reason), now)
+            return self._end(task, "failed", carries(reason), now)
         return [*self._queue(task, reason), Cancel(robot, task.goal_id)]
 
     def _failed(self, task: Task, reason: str, now: float) -> list[Order]:
@@ -352,7 +351,7 @@ class Dispatcher:
         failures = task.failures + 1
         task = replace(task, failures=failures)
         if task.is_loaded:
-            return self._end(task, "failed", _carries(reason), now)
+            return self._end(task, "failed", carries(reason), now)
         if failures >= MOST_FAILURES:
             return self._end(task, "failed", f"{reason}; robots failed it {failures} times", now)
         return self._queue(task, reason)
@@ -382,10 +381,6 @@ class Dispatcher:
 
     def _send(self, task: Task) -> Order:
         return Send(task.robot, task.goal_id, task.target, bool(task.floors))
-
-
-def _carries(reason: str) -> str:
-    return f"{reason}; it carries what it has picked: no other robot can go on"
 
 
 def _unless(robot: str, busy: set[str]) -> str:

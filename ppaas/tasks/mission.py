@@ -4,7 +4,8 @@ import json
 from collections.abc import Mapping
 from difflib import get_close_matches
 from graphlib import CycleError, TopologicalSorter
-from typing import Annotated, Any
+from types import MappingProxyType
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta
@@ -36,6 +37,20 @@ class MissionRepeat(Repeat, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """When a task is done again: at local times of day, or after a period."""
 
 
+class MissionPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A place on a floor of the building that the map is a floor of.
+
+    Parameters
+    ----------
+    floor : str
+    at : str or tuple
+        Name of a station of the map of the floor, or x, y [m] and, optionally, yaw [rad].
+    """
+
+    floor: Annotated[str, Meta(min_length=1, max_length=64)]
+    at: str | Coordinates
+
+
 class MissionTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A task of a mission.
 
@@ -45,7 +60,8 @@ class MissionTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Its name in the file.
     kind : {"go_to", "pick_drop", "patrol"}
     at : tuple
-        Places: names of ``places`` of the file or of stations of the map, or x, y [m] and, optionally, yaw [rad].
+        Places: names of ``places`` of the file or of stations of the map, or x, y [m] and, optionally, yaw [rad]; those
+        on another floor with it.
     start : float, optional
         No robot begins it earlier [s after the start of the mission].
     deadline : float, optional
@@ -56,7 +72,7 @@ class MissionTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     name: Name
     kind: TaskKind
-    at: Annotated[tuple[str | Coordinates, ...], Meta(min_length=1, max_length=64)]
+    at: Annotated[tuple[str | Coordinates | MissionPlace, ...], Meta(min_length=1, max_length=64)]
     rounds: int = 1
     priority: int = 0
     start: float | None = None
@@ -79,12 +95,18 @@ class MissionFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Id of the map.
     tasks : tuple of MissionTask
     places : dict of str to tuple of float
-        Places of the map by name: x, y [m] and, optionally, yaw [rad].
+        Places by name: x, y [m] and, optionally, yaw [rad] on the map; others have a floor.
     """
 
     map: str
     tasks: Annotated[tuple[MissionTask, ...], Meta(min_length=1, max_length=MOST_TASKS)]
-    places: dict[str, Coordinates] = {}
+    places: dict[str, Coordinates | MissionPlace] = {}
+
+    @property
+    def floors(self) -> list[str]:
+        """Floors that are named."""
+        named = [*self.places.values(), *(place for task in self.tasks for place in task.at)]
+        return sorted({place.floor for place in named if isinstance(place, MissionPlace)})
 
 
 def schema() -> dict[str, Any]:
@@ -101,6 +123,13 @@ def _described(value: Any) -> Any:
         return value
     lines = {"description": value["description"].partition("\n")[0]} if "description" in value else {}
     return {name: _described(item) for name, item in value.items()} | lines
+
+
+Stations = Mapping[str, tuple[float, ...]]
+"""Stations of a map: x, y [m] and, optionally, yaw [rad]."""
+
+NO_FLOORS: Mapping[str, Stations] = MappingProxyType({})
+"""Stations of the other floors of a mission on one map."""
 
 
 # -- tasks of a file ---------------------------------------------------------------------------------------------------
@@ -123,7 +152,14 @@ def mission_in(content: bytes) -> MissionFile:
     return mission
 
 
-def tasks_of(mission: MissionFile, stations: Mapping[str, tuple[float, ...]], start: float) -> list[Task]:
+def tasks_of(
+    mission: MissionFile,
+    stations: Stations,
+    start: float,
+    *,
+    home: str = "",
+    others: Mapping[str, Stations] = NO_FLOORS,
+) -> list[Task]:
     """Return the tasks of a mission, those that come first before others; the names are their ids.
 
     Parameters
@@ -133,14 +169,18 @@ def tasks_of(mission: MissionFile, stations: Mapping[str, tuple[float, ...]], st
         Stations of the map: x, y [m] and, optionally, yaw [rad].
     start : float
         Time at which the mission starts [s since the epoch].
+    home : str
+        Floor of the map; empty if it is of no building.
+    others : mapping of str to mapping
+        Stations of the maps of the floors that the mission names.
 
     Raises
     ------
     InvalidInput
         A place or a task is not known, tasks wait for each other, or a task makes no sense.
     """
-    places = dict(stations) | mission.places
-    tasks = {task.name: _task(task, places, start) for task in mission.tasks}
+    known = _Places(dict(stations) | mission.places, others, home)
+    tasks = {task.name: _task(task, known, start) for task in mission.tasks}
     for task in tasks.values():
         for before in task.after:
             if before.task not in tasks:
@@ -153,15 +193,19 @@ def tasks_of(mission: MissionFile, stations: Mapping[str, tuple[float, ...]], st
         raise InvalidInput(f"tasks of the mission wait for each other: {circle}") from error
 
 
-def _task(task: MissionTask, places: Mapping[str, tuple[float, ...]], start: float) -> Task:
+def _task(task: MissionTask, known: "_Places", start: float) -> Task:
     def at(seconds: float | None) -> float | None:
         return None if seconds is None else start + seconds
 
     try:
+        found = [known.find(place) for place in task.at]
+        floors = tuple(floor for _, floor in found)
         made = Task(
             id=task.name,
             kind=task.kind,
-            places=tuple(_place(place, places) for place in task.at),
+            places=tuple(place for place, _ in found),
+            floors=tuple(floor or known.home for floor in floors) if any(floors) else (),
+            home=known.home,
             not_before=at(task.start),
             deadline=at(task.deadline),
             named_robot=task.robot,
@@ -176,13 +220,36 @@ def _task(task: MissionTask, places: Mapping[str, tuple[float, ...]], start: flo
 _SAME = ("rounds", "priority", "labels", "holds", "weight", "after", "preempts", "repeat")
 """Members that a task has by the same name."""
 
+_Found = TypeVar("_Found")
 
-def _place(place: str | tuple[float, ...], places: Mapping[str, tuple[float, ...]]) -> Place:
-    if isinstance(place, str):
-        if place not in places:
-            near = get_close_matches(place, places, 3, 0.4) or sorted(places)[:10]
-            known = f"; do you mean {', '.join(map(repr, near))}?" if near else ": the map has no stations"
-            raise InvalidInput(f"there is no place {place!r}{known}")
-        place = places[place]
+
+class _Places(NamedTuple):
+    """Places of a mission by name: of its map and of the file, and the stations of other floors."""
+
+    named: Mapping[str, tuple[float, ...] | MissionPlace]
+    others: Mapping[str, Stations]
+    home: str
+
+    def find(self, place: str | tuple[float, ...] | MissionPlace) -> tuple[Place, str]:
+        """Return a place and its floor, which is empty if it has none of its own."""
+        if isinstance(place, str):
+            place = _named(place, self.named, "the map")
+        if not isinstance(place, MissionPlace):
+            return _pose(place), ""
+        at = place.at
+        if isinstance(at, str):
+            at = _named(at, self.others.get(place.floor, {}), f"floor {place.floor!r}")
+        return _pose(at), place.floor
+
+
+def _named(name: str, places: Mapping[str, _Found], of: str) -> _Found:
+    if name not in places:
+        near = get_close_matches(name, places, 3, 0.4) or sorted(places)[:10]
+        known = f"; do you mean {', '.join(map(repr, near))}?" if near else f": {of} has no stations"
+        raise InvalidInput(f"there is no place {name!r}{known}")
+    return places[name]
+
+
+def _pose(place: tuple[float, ...]) -> Place:
     x, y, *yaw = place
     return x, y, yaw[0] if yaw else 0.0

@@ -72,3 +72,8 @@ class Cancel:
 
 
 Order = StoreTask | Send | Cancel
+
+
+def carries(reason: str) -> str:
+    """Return why a task fails whose robot fails it with a load."""
+    return f"{reason}; it carries what it has picked: no other robot can go on"

@@ -31,7 +31,8 @@ def straight(start: Place, goal: Place) -> float:
 
 def way_home(place: Place, sites: Sites) -> float:
     """Return about how far it is to the nearest charger [m]; 0 if there is none."""
-    return DETOUR * min((straight(place, charger) for charger in sites.chargers.values()), default=0.0)
+    near = (charger for charger in sites.chargers.values() if sites.leads(floor_of(place), floor_of(charger)))
+    return DETOUR * min((straight(place, charger) for charger in near), default=0.0)
 
 
 def cost_of(task: Task, way: float, battery: Battery, sites: Sites) -> float:

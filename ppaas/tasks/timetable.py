@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import groupby
 
 from ppaas.tasks.records import Task, TaskState
 
@@ -25,6 +26,8 @@ class TimeTableRow:
         Whether it has a deadline and did not end before.
     reason : str
         Why it ended, or waits again; empty if it was done.
+    floors : str
+        Floors that it leads over, in order; empty if it names none.
     """
 
     task: str
@@ -36,6 +39,7 @@ class TimeTableRow:
     state: TaskState
     late: bool
     reason: str
+    floors: str = ""
 
 
 def time_table(tasks: Iterable[Task], start: float) -> list[TimeTableRow]:
@@ -58,4 +62,5 @@ def _row(task: Task, start: float) -> TimeTableRow:
     late = task.deadline is not None and (task.state != "done" or (task.ended or 0.0) > task.deadline)
     waits = None if task.assigned is None else max(0.0, task.assigned - task.may_start)
     times = since(task.assigned), since(task.begun), since(task.ended)
-    return TimeTableRow(task.id, task.robot, *times, waits, task.state, late, task.reason)
+    floors = " → ".join(floor for floor, _ in groupby(task.floors))
+    return TimeTableRow(task.id, task.robot, *times, waits, task.state, late, task.reason, floors)

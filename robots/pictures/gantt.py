@@ -31,7 +31,7 @@ def write_gantt(path: Path, title: str, rows: Sequence[TimeTableRow]) -> None:
 
 
 def draw_gantt(title: str, rows: Sequence[TimeTableRow]) -> "Figure":
-    """Return the chart: ways to first places in grey, tasks in blue, late ones in red."""
+    """Return the chart: ways to first places in grey, tasks in blue, late ones in red, with the floors of each."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - heavy, and of the extra plot
 
     robots = sorted({row.robot for row in rows if row.robot})
@@ -46,8 +46,9 @@ def draw_gantt(title: str, rows: Sequence[TimeTableRow]) -> "Figure":
         finish = end if row.finish is None else row.finish
         axes.barh(line, begin - row.set_out, left=row.set_out, height=0.5, color=WAY)
         axes.barh(line, finish - begin, left=begin, height=0.7, color=LATE if row.late else DONE, edgecolor="white")
+        label = f"{row.task}\n{row.floors}" if row.floors else row.task
         axes.text(
-            (begin + finish) / 2.0, line, row.task, ha="center", va="center", color="white", fontsize=8, clip_on=True
+            (begin + finish) / 2.0, line, label, ha="center", va="center", color="white", fontsize=8, clip_on=True
         )
     axes.set_xlim(left=0.0)
     axes.grid(axis="x", color="0.9")

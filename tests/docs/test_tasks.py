@@ -9,7 +9,7 @@ import pytest
 
 from endpoints.rest import task_estimates, tasks
 from endpoints.rest.task_schemas import TaskFile
-from engine.control.tasks import group, runner
+from engine.control.tasks import group, measuring
 from ppaas.energy import battery
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
@@ -40,7 +40,10 @@ def test_numbers_are_those_of_the_code() -> None:
     for said in (
         f"You may have {tasks.MOST_OPEN} tasks",
         f"kept for {group.KEPT_FOR / 86400:g} days, at most the last {group.MOST_ENDED}",
-        f"does not answer within {runner.TIMEOUT:g} s",
+        f"does not answer within {measuring.TIMEOUT:g} s",
+        f"a change of floors as {reach.RIDE / reach.SPEED:g} s",
+        f"count as {reach.RIDE:g} m farther",
+        f"after {dispatcher.MOST_FAILURES}, the task",
         f"by a speed of {reach.SPEED:g} m/s",
         f"worth {assignment.PRIORITY:g} s of driving. A task that has waited for {assignment.PRIORITY:g} s",
         f"in the {assignment.URGENT:g} s before its deadline",
@@ -75,13 +78,29 @@ def robot() -> RobotFile:
 
 
 @pytest.mark.journey
+async def test_tasks_over_floors_are_added_and_rehearsed_as_the_page_types_them(
+    own_cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
+) -> None:
+    rest = await own_cloud.admin()
+    await publish_map(rest, "office", office)
+    await rest.put_robot("tb1", robot)
+    [commands] = [block for block in blocks(PAGE, "sh") if "upper:" in block]
+    printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, own_cloud)
+    assert re.search(r"^post +tb1 +ground → upper ", printed, re.MULTILINE), printed
+    assert "2 of 2 tasks done by 1 robots" in printed
+    assert (tmp_path / "house.png").stat().st_size > 1000
+    [added] = await rest.items(path_of("maps", "house-1", "tasks"))
+    assert (added["floors"], added["places"]) == (["ground", "upper"], [[2.0, 2.0, 0.0], [10.0, 8.0, 1.57]])
+
+
+@pytest.mark.journey
 async def test_a_robot_does_a_task_of_the_command_line(
     own_cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
 ) -> None:
     rest = await own_cloud.admin()
     await publish_map(rest, "office", office)
     await rest.put_robot("tb1", robot)
-    commands, _, chains, missions = blocks(PAGE, "sh")
+    commands, _, _, chains, missions = blocks(PAGE, "sh")
     printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, own_cloud)
     assert "pick_drop" in printed and "queued" in printed
     tasks_of_office = path_of("maps", "office", "tasks")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from engine.control.planning.requests import CostAnswer
 from engine.specs.containers import MapVersion
 from ppaas.decoding import from_json
-from ppaas.energy.sites import NO_SITES, Sites, sites_of
+from ppaas.energy.sites import NO_SITES, Sites, links_of, sites_of
 from ppaas.errors import NotFound
 from ppaas.maps.formats.map_yaml import parse_yaml
 from ppaas.tasks.assignment import Distance
@@ -18,7 +18,7 @@ from storage.versions import YAML, ZONES
 
 
 class TaskMap(NamedTuple):
-    """Version of a map on which tasks are done: where robots charge and park, and the size of a cell [m].
+    """Version of a map on which tasks are done: where robots charge and park, the size of a cell [m], lifts and ways.
 
     The size is None if the map is removed or has no grid; distances are straight lines then.
     """
@@ -26,6 +26,7 @@ class TaskMap(NamedTuple):
     version: MapVersion
     sites: Sites = NO_SITES
     resolution: float | None = None
+    links: frozenset[str] = frozenset()
 
 
 def task_map_on(maps: MapStore, version: MapVersion) -> TaskMap:
@@ -33,7 +34,8 @@ def task_map_on(maps: MapStore, version: MapVersion) -> TaskMap:
     try:
         with maps.open_map(version.id, version.version or None, only=(YAML, ZONES)) as opened:
             resolution = parse_yaml(bytes(opened.buffers[YAML])).resolution if YAML in opened.buffers else None
-            return TaskMap(version, sites_of(opened.zones()), resolution)
+            zones = opened.zones()
+            return TaskMap(version, sites_of(zones), resolution, links_of(zones))
     except NotFound:
         return TaskMap(version)
 
@@ -44,12 +46,22 @@ def distance_by(answer: CostAnswer, starts: Sequence[Place], goals: Sequence[Pla
 
 
 def sites_on_floors(maps: Mapping[str, TaskMap]) -> Sites:
-    """Return where robots charge and park on all floors, whose maps are given; names that two floors have are kept."""
+    """Return where robots charge and park on all floors, whose maps are given, and which floors are linked."""
     if list(maps) == [""]:
         return maps[""].sites
     chargers = {(floor, name): place for floor, on in maps.items() for name, place in on.sites.chargers.items()}
     parking = {(floor, name): place for floor, on in maps.items() for name, place in on.sites.parking.items()}
-    return Sites(_named(chargers), _named(parking))
+    return Sites(_named(chargers), _named(parking), {floor: _linked(floor, maps) for floor in maps})
+
+
+def _linked(floor: str, maps: Mapping[str, TaskMap]) -> set[str]:
+    """Return the floors that robots get to from a floor, by lifts and ways."""
+    found, added = {floor}, {floor}
+    while added:
+        links = frozenset[str]().union(*(maps[name].links for name in added))
+        added = {name for name, on in maps.items() if name not in found and on.links & links}
+        found |= added
+    return found
 
 
 def _named(places: Mapping[tuple[str, str], Place]) -> dict[str, Place]:

@@ -10,6 +10,7 @@ from ppaas.errors import InvalidInput, Unavailable
 from robots.cli import event_loop
 from robots.cli.output import print_line, show
 from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.tasks.floors import needed_floors, stations_on
 from robots.cli.tasks.places import stations_of
 from robots.client.cloud_url import path_of
 
@@ -22,6 +23,7 @@ NAME = "task"
 HELP = "run the tasks of a mission file on a map, or rehearse them and print a time table"
 
 COLUMNS = ("task", "robot", "set_out", "begin", "finish", "waits", "state", "late", "reason")
+ON_FLOORS = (*COLUMNS[:2], "floors", *COLUMNS[2:])
 ADDED = ("task", "id", "state")
 POLL = 1.0
 """Interval of queries while a command waits for the end of a mission [s]."""
@@ -71,9 +73,15 @@ async def _run(arguments: argparse.Namespace) -> None:
             raise InvalidInput("--picture needs --dry-run or --wait: it shows tasks that have ended")
     client, start = logged_in(arguments), time.time()
     mission = mission_in(_content(arguments.file))
-    tasks = tasks_of(mission, await stations_of(client, mission.map), start)
+    floors = await needed_floors(client, mission.map, mission.floors)
+    stations, others = await stations_of(client, mission.map), await stations_on(client, floors, mission.floors)
+    home = "" if floors is None else floors.home
+    tasks = tasks_of(mission, stations, start, home=home, others=others)
     if arguments.dry_run:
-        await _rehearse(client, mission.map, tasks, start, arguments)
+        from robots.cli.tasks.rehearsal import rehearse  # noqa: PLC0415 - as above
+
+        found = await rehearse(client, mission.map, tasks, start, arguments.confirmed_after, floors=floors)
+        _print(list(found.values()), start, arguments)
     else:
         await _add(client, mission.map, tasks, start, arguments)
 
@@ -83,15 +91,6 @@ def _content(file: Path) -> bytes:
         return file.read_bytes()
     except OSError as error:
         raise InvalidInput(f"cannot read the mission {file}: {error.strerror or error}") from error
-
-
-async def _rehearse(
-    client: "RestClient", map_id: str, tasks: "list[Task]", start: float, arguments: argparse.Namespace
-) -> None:
-    from robots.cli.tasks.rehearsal import rehearse  # noqa: PLC0415 - as above
-
-    found = await rehearse(client, map_id, tasks, start, arguments.confirmed_after)
-    _print(list(found.values()), start, arguments)
 
 
 async def _add(
@@ -128,7 +127,8 @@ def _print(tasks: "list[Task]", start: float, arguments: argparse.Namespace) -> 
     from ppaas.tasks.timetable import time_table  # noqa: PLC0415 - as above
 
     rows = time_table(tasks, start)
-    show([_rounded(to_builtins(row)) for row in rows], COLUMNS, as_json=arguments.json)
+    columns = ON_FLOORS if any(row.floors for row in rows) else COLUMNS
+    show([_rounded(to_builtins(row)) for row in rows], columns, as_json=arguments.json)
     if not arguments.json:
         print_line(_summary(rows))
     if arguments.picture is not None:

@@ -7,15 +7,15 @@ from typing import Any
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.tasks.places import places_of
+from robots.cli.tasks.floors import places_on_floors
 from robots.cli.verbs.task_options import add_options, options_of
 from robots.client.cloud_url import path_of
 
 COLUMNS = ("id", "kind", "priority", "state", "robot", "visited", "reason")
 ADDED_COLUMNS = (*COLUMNS, "estimate")
 ALL_COLUMNS = (
-    *COLUMNS, "places", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended", "holds",
-    "holding", "named_robot", "weight", "not_before", "after", "preempts", "repeat", "run", "series",
+    *COLUMNS, "places", "floors", "rounds", "deadline", "labels", "failures", "created", "assigned", "begun", "ended",
+    "holds", "holding", "named_robot", "weight", "not_before", "after", "preempts", "repeat", "run", "series",
 )  # fmt: skip
 KINDS = ("go_to", "pick_drop", "patrol")
 OPEN = ("queued", "assigned", "active")
@@ -54,8 +54,8 @@ def _add_task_arguments(added: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="PLACE",
-        help="a place: x, y [m] and, optionally, yaw [rad], or the name of a station of the map; once for go_to, twice "
-        "for pick_drop, again for a patrol",
+        help="a place: x, y [m] and, optionally, yaw [rad], or the name of a station of the map; on another floor of "
+        "its building FLOOR:X,Y[,YAW] or FLOOR:STATION; once for go_to, twice for pick_drop, again for a patrol",
     )
     added.add_argument("--rounds", type=int, help="rounds of a patrol (1)")
     added.add_argument("--priority", type=int, help="tasks of a higher one go first (0)")
@@ -74,8 +74,9 @@ async def _add(arguments: argparse.Namespace) -> None:
     from asyncio import sleep  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     client = logged_in(arguments)
-    places = await places_of(client, arguments.id, arguments.at)
-    found = await client.post(path_of("maps", arguments.id, "tasks"), _body(arguments, places))
+    places, floors = await places_on_floors(client, arguments.id, arguments.at)
+    body = _body(arguments, places) | ({} if floors is None else {"floors": floors})
+    found = await client.post(path_of("maps", arguments.id, "tasks"), body)
     while arguments.wait and found["state"] in OPEN:
         await sleep(POLL)
         found = await client.get(path_of("maps", arguments.id, "tasks", found["id"]))

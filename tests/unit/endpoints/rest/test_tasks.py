@@ -10,10 +10,12 @@ from endpoints.resources.services import Services
 from endpoints.rest import tasks
 from engine.control.views import ReportedRobot
 from engine.specs.robot_report import StateReport
+from ppaas.buildings.building import Building, Floor
 from ppaas.errors import Conflict, Unavailable
 from ppaas.planners.weights import NEUTRAL
-from ppaas.tasks.reach import SPEED
+from ppaas.tasks.reach import RIDE, SPEED
 from ppaas.tasks.records import TaskState
+from storage.buildings.records import BuildingRecord, BuildingVersion
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import robot
@@ -199,6 +201,43 @@ async def test_the_answer_to_a_new_task_has_its_end_and_whether_its_deadline_can
     assert heavy["estimate"] is None
 
 
+@pytest.fixture
+def building(services: Services) -> None:
+    """Let the map be a floor of a building of ann, beside a loft."""
+    floors = (Floor(name="L1", map="house"), Floor(name="L2", map="loft", elevation=3.0))
+    version = BuildingVersion(number=1, building=Building(floors=floors), author="ann", created=1.0)
+    services.store.put_building(BuildingRecord(user="ann", id="hq", present=version))
+
+
+@pytest.mark.usefixtures("robot_at", "building")
+async def test_a_task_over_floors_names_the_floor_of_each_place_and_has_an_estimate(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    over = await add(client, ann, kind="pick_drop", places=[[3, 4], [3, 4]], floors=[None, "L2"])
+    assert (over["floors"], over["estimate"]["robot"]) == (["L1", "L2"], "tb1")
+    assert over["estimate"]["begin"] == pytest.approx(over["created"] + 5.0 / SPEED)
+    assert over["estimate"]["finish"] == pytest.approx(over["created"] + (5.0 + RIDE) / SPEED)
+    kept = services.store.task("ann", "house", over["id"]).task
+    assert (kept.floors, kept.home) == (("L1", "L2"), "")
+    services.store.put_robot(robot("tb1", map="loft"), instead_of=services.store.robot("ann", "tb1"))
+    there = await add(client, ann, places=[[3, 4]], floors=["L2"], priority=100)
+    assert there["estimate"]["finish"] == pytest.approx(there["created"] + 5.0 / SPEED)
+    assert (await add(client, ann))["estimate"] is None  # no robot is on the map
+
+
+@pytest.mark.usefixtures("building")
+async def test_floors_that_do_not_exist_are_refused(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    unknown = await client.post(TASKS, headers=ann, json=GO | {"floors": ["L3"]})
+    assert "there is no floor 'L3'; the floors are L1, L2" in problem_of(unknown, 422, "invalid-building")["detail"]
+    many = await client.post(TASKS, headers=ann, json=GO | {"floors": ["L1", "L2"]})
+    assert "1 in all" in problem_of(many, 400, "invalid-input")["detail"]
+    services.store.remove_building("ann", "hq")
+    answer = await client.post(TASKS, headers=ann, json=GO | {"floors": ["L1"]})
+    assert "map 'house' is no floor of a building of yours" in answer.text
+
+
 @pytest.mark.usefixtures("robot_at")
 async def test_a_task_whose_rehearsal_takes_long_is_added_without_an_estimate(
     client: httpx.AsyncClient, ann: dict[str, str], monkeypatch: pytest.MonkeyPatch
@@ -247,6 +286,8 @@ async def test_a_user_may_have_so_many_open_tasks(
         {"repeat": {"at": ["25:00"]}},
         {"repeat": {"at": ["08:00"], "zone": "Mars/Base"}},
         {"repeat": {"every": 0.1}},
+        {"floors": ["L1"]},
+        {"floors": [""]},
     ],
     ids=str,
 )

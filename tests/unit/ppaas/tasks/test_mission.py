@@ -36,6 +36,18 @@ def test_tasks_come_after_those_that_they_wait_for() -> None:
     assert [task.id for task in tasks] == ["c", "b", "a"]
 
 
+def test_places_have_floors_of_their_own_or_by_their_names() -> None:
+    at = ["shelf", {"floor": "L2", "at": "desk"}, {"floor": "L3", "at": [7, 8]}, [1, 2]]
+    places = {"shelf": {"floor": "L2", "at": [3, 4, 0.5]}}
+    mission = mission_in(file_of({"kind": "patrol", "at": at}, {"name": "b"}, places=places))
+    assert mission.floors == ["L2", "L3"]
+    over, plain = tasks_of(mission, {}, 0.0, home="L1", others={"L2": {"desk": (5.0, 6.0)}, "L3": {}})
+    assert over.places == ((3.0, 4.0, 0.5), (5.0, 6.0, 0.0), (7.0, 8.0, 0.0), (1.0, 2.0, 0.0))
+    assert (over.floors, plain.floors, plain.home) == (("L2", "L2", "L3", "L1"), (), "L1")
+    with pytest.raises(InvalidInput, match=r"there is no place 'desk': floor 'L2' has no stations"):
+        tasks_of(mission, {}, 0.0, home="L1")
+
+
 @pytest.mark.parametrize(
     ("content", "advice"),
     [
@@ -54,6 +66,8 @@ def test_tasks_come_after_those_that_they_wait_for() -> None:
         (file_of({"after": [{"task": "b"}]}, {"name": "b", "after": [{"task": "a"}]}), "each other"),
         (file_of({"repeat": {"every": 0.1}}), "every"),
         (file_of({"start": -1e13}), "not_before"),
+        (file_of({"at": [{"floor": "", "at": [1, 2]}]}), "floor"),
+        (file_of({"at": [{"floor": "L2", "x": 1}]}), "at"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_refused_with_its_place(content: bytes, advice: str) -> None:

@@ -29,3 +29,8 @@ def test_rows_are_in_the_order_in_which_robots_set_out() -> None:
 
 def test_a_task_without_a_deadline_is_never_late() -> None:
     assert not time_table([task("t", state="failed", ended=1e6)], 100.0)[0].late
+
+
+def test_floors_are_listed_in_the_order_in_which_a_task_leads_over_them() -> None:
+    over = Task(id="t", kind="patrol", places=((1.0, 0.0, 0.0),) * 4, floors=("L1", "L1", "L2", "L1"))
+    assert [row.floors for row in time_table([over, task("u")], 0.0)] == ["L1 → L2 → L1", ""]

@@ -2,7 +2,7 @@
 
 import { make, say } from "../dom.js";
 import { orderForm } from "../order_form.js";
-import { MOST_PLACES, labelsOf, lineOf, placesOf } from "./task_words.js";
+import { MOST_PLACES, floorsOf, labelsOf, lineOf, placesOf } from "./task_words.js";
 
 const KINDS = { go_to: "Go to a place", pick_drop: "Pick at one place, drop at another", patrol: "Patrol along places" };
 
@@ -32,7 +32,7 @@ export class TaskForm {
     const row = make("div", { className: "fields" }, this.#roundsLabel, make("label", {}, "Priority", this.#priority),
       make("label", {}, "Must begin within [min]", this.#minutes), make("label", {}, "Robot with labels", this.#labels));
     const form = orderForm("Add a task", "Add", () => this.#send(add), make("label", {}, "What", this.#kind),
-      make("label", {}, "Places, one a line: x and y [m], heading [°] if it matters", this.#places), onMap, row, this.#error);
+      make("label", {}, "Places, one a line: x and y [m], heading [°] if it matters; on another floor L2: x y", this.#places), onMap, row, this.#error);
     this.element.append(form);
     this.#showRounds();
   }
@@ -63,8 +63,9 @@ export class TaskForm {
   #task() {
     const kind = this.#kind.value;
     const minutes = this.#minutes.valueAsNumber;
+    const floors = floorsOf(this.#places.value);
     return {
-      kind, places: placesOf(this.#places.value), priority: this.#priority.valueAsNumber || 0, labels: labelsOf(this.#labels.value),
+      kind, ...(floors.length && { floors }), places: placesOf(this.#places.value), priority: this.#priority.valueAsNumber || 0, labels: labelsOf(this.#labels.value),
       ...(kind === "patrol" && { rounds: this.#rounds.valueAsNumber || 1 }), ...(minutes > 0 && { deadline: this.#now() + 60 * minutes }),
     };
   }

@@ -33,16 +33,17 @@ export function columnOf({ states }, tasks) {
   return { count: found.length, tasks: found.some(isOpen) ? sorted : sorted.slice(0, MOST_ENDED) };
 }
 
-const placeText = ([x, y]) => `${number(x)}, ${number(y)}`;
+const placeText = ([x, y], floor) => `${number(x)}, ${number(y)}${floor ? ` on ${floor}` : ""}`;
 
-/** What is to be done. @param {{kind: string, places: number[][], rounds: number}} task */
-export function titleOf({ kind, places, rounds, trip }) {
-  const [first, second] = places.map(placeText);
+/** What is to be done. @param {{kind: string, places: number[][], floors?: string[], rounds: number}} task */
+export function titleOf({ kind, places, floors = [], rounds, trip }) {
+  const [first, second] = places.map((place, at) => placeText(place, floors[at]));
   if (trip === "charge") return `Charge at ${first}`;
   if (trip === "park") return `Park at ${first}`;
   if (kind === "go_to") return `Go to ${first}`;
   if (kind === "pick_drop") return `Pick at ${first}, drop at ${second}`;
-  return `Patrol ${plural(places.length, "place")}${rounds > 1 ? `, ${plural(rounds, "round")}` : ""}`;
+  const over = [...new Set(floors)].join(", ");
+  return `Patrol ${plural(places.length, "place")}${over && ` on ${over}`}${rounds > 1 ? `, ${plural(rounds, "round")}` : ""}`;
 }
 
 /** How long it has been in its state. @param {object} task @param {number} now [s since the epoch] */
@@ -73,9 +74,9 @@ export function notesOf(task, now) {
 }
 
 /** The task to add, to do one again; a deadline that has passed is left out. @param {object} task @param {number} now [s since the epoch] */
-export function againOf({ kind, places, rounds, priority, labels, deadline, holds, named_robot, weight, preempts }, now) {
+export function againOf({ kind, places, floors, rounds, priority, labels, deadline, holds, named_robot, weight, preempts }, now) {
   return {
-    kind, places, priority, labels, ...(holds?.length && { holds }), ...(named_robot && { named_robot }), ...(weight && { weight }), ...(preempts && { preempts }),
+    kind, places, priority, labels, ...(floors?.length && { floors }), ...(holds?.length && { holds }), ...(named_robot && { named_robot }), ...(weight && { weight }), ...(preempts && { preempts }),
     ...(kind === "patrol" && { rounds }), ...(deadline > now && { deadline }),
   };
 }
@@ -88,12 +89,21 @@ export function lineOf({ x, y }) {
   return `${number(x, 2)} ${number(y, 2)}`;
 }
 
-/** Places of a text, one a line: x, y [m] and, if given, the heading in degrees. @param {string} text @returns {number[][]} */
+const FLOOR = /^([^:]+):/;
+const linesOf = (text) => text.split("\n").map((line) => line.trim()).filter(Boolean);
+
+/** Floors of the places of a text, null for those on the map; nothing if all are. @param {string} text @returns {(string | null)[]} */
+export function floorsOf(text) {
+  const floors = linesOf(text).map((line) => FLOOR.exec(line)?.[1].trim() || null);
+  return floors.some(Boolean) ? floors : [];
+}
+
+/** Places of a text, one a line: x, y [m] and, if given, the heading in degrees, behind a floor. @param {string} text @returns {number[][]} */
 export function placesOf(text) {
-  const lines = text.split("\n").map((line) => line.trim()).filter(Boolean);
+  const lines = linesOf(text);
   if (!lines.length) throw new Error("Give a place: x and y in metres");
   return lines.map((line) => {
-    const words = line.split(/[\s,;]+/).filter(Boolean);
+    const words = line.replace(FLOOR, "").split(/[\s,;]+/).filter(Boolean);
     const [x, y, heading] = words.map(Number);
     if (![2, 3].includes(words.length) || ![x, y, heading ?? 0].every(Number.isFinite)) {
       throw new Error(`“${line}” is no place: give x and y in metres and, if you want, the heading in degrees`);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { COLUMNS, againOf, ageOf, columnOf, labelsOf, lineOf, notesOf, placesOf, titleOf } from "../../../../../endpoints/dashboard/static/js/pages/task_words.js";
+import { COLUMNS, againOf, ageOf, columnOf, floorsOf, labelsOf, lineOf, notesOf, placesOf, titleOf } from "../../../../../endpoints/dashboard/static/js/pages/task_words.js";
 
 const task = (fields) => ({
   id: "a", kind: "go_to", places: [[1, 2, 0]], rounds: 1, priority: 0, deadline: null, labels: {}, state: "queued", robot: null,
@@ -31,6 +31,10 @@ test("tasks are told in words", () => {
   assert.equal(titleOf(task({ trip: "park" })), "Park at 1.0, 2.0");
   assert.equal(titleOf(task({ kind: "pick_drop", places: [[1, 2, 0], [3, 4, 0]] })), "Pick at 1.0, 2.0, drop at 3.0, 4.0");
   assert.equal(titleOf(task({ kind: "patrol", places: [[1, 2, 0], [3, 4, 0]], rounds: 3 })), "Patrol 2 places, 3 rounds");
+  const over = { places: [[1, 2, 0], [3, 4, 0]], floors: ["L1", "L2"] };
+  assert.equal(titleOf(task({ kind: "pick_drop", ...over })), "Pick at 1.0, 2.0 on L1, drop at 3.0, 4.0 on L2");
+  assert.equal(titleOf(task({ kind: "patrol", ...over })), "Patrol 2 places on L1, L2");
+  assert.deepEqual(againOf(task({ kind: "pick_drop", ...over }), 0).floors, ["L1", "L2"]);
   assert.equal(ageOf(task({}), 165), "waits for 1 min");
   assert.equal(ageOf(task({ state: "assigned", assigned: 160 }), 165), "on its way for 5 s");
   assert.equal(ageOf(task({ state: "active", begun: 160 }), 159), "runs for 0 s");
@@ -66,6 +70,14 @@ test("places are read a line each, with the heading in degrees", () => {
   assert.deepEqual(first, [1.5, 2]);
   assert.ok(Math.abs(second[2] - Math.PI) < 1e-9);
   for (const bad of ["", "1", "1 x", "1 2 3 4", "NaN 2", "Infinity 2"]) assert.throws(() => placesOf(bad), /place/);
+});
+
+test("places on other floors have these before them", () => {
+  const text = "1 2\nL2: 3 4 90\n the roof :5, 6";
+  assert.deepEqual(floorsOf(text), [null, "L2", "the roof"]);
+  assert.deepEqual(placesOf(text), [[1, 2], [3, 4, Math.PI / 2], [5, 6]]);
+  assert.deepEqual(floorsOf("1 2\n3 4"), []);
+  assert.throws(() => placesOf("L2:"), /place/);
 });
 
 test("labels are read as pairs", () => {

@@ -1,6 +1,7 @@
 """Pose and goals of robots over REST."""
 
 import httpx
+import msgspec
 import pytest
 
 from endpoints.resources.services import Services
@@ -109,6 +110,9 @@ async def test_a_goal_on_a_floor_is_a_journey(
     assert [goal["id"] for goal in listed] == ["journey-1", other["id"]]
     assert (await client.get(f"{PATH}/goals/journey-1", headers=ann)).json() == sent.json()
     assert (await client.delete(f"{PATH}/goals/journey-1", headers=ann)).json()["state"] == "canceled"
+    led.sent = [msgspec.structs.replace(led.sent[0], id="task-t-0-0", state="active", ended=None)]
+    assert (await client.get(f"{PATH}/goals/task-t-0-0", headers=ann)).json()["state"] == "active"
+    assert (await client.delete(f"{PATH}/goals/task-t-0-0", headers=ann)).json()["state"] == "canceled"
     for method in ("GET", "DELETE"):
         problem_of(await client.request(method, f"{PATH}/goals/journey-9", headers=ann), 404, "not-found")
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json=body | {"floor": "roof"}), 422, "invalid-building")

@@ -7,14 +7,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from engine.control.buildings.building_runner import BuildingRunner
 from engine.control.counts import ControlCounts
 from engine.control.fleet_events import FleetEvents
 from engine.control.journeys.kept import keep_journeys
 from engine.control.journeys.leader import JourneyLeader, view_of
-from engine.control.planning.building_requests import BuildingScene
+from engine.control.planning.building_requests import BuildingScene, BuildingSpot
 from engine.devices.hosts import DeviceHosts
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
@@ -119,6 +121,40 @@ async def test_a_journey_is_planned_for_what_the_robot_can_do(leader: JourneyLea
     assert await leader._plan(record, layout_of(HOTEL, {}), replace(journey, avoid=("north",)), tuple(POSE)) == []
     traveller = scenes[0].traveller
     assert (traveller.stairs, traveller.labels["arm"], traveller.avoid) == (True, "left", frozenset({"north"}))
+
+
+async def test_a_goal_of_a_task_is_sent_once_and_stored_ones_go_on_whoever_asks_first(
+    leader: JourneyLeader, store: MemoryStore
+) -> None:
+    first = await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0")
+    assert await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0") == first
+    assert [journey.id for journey in leader.of_robot("ann", "tb1")] == ["task-t-0-0"]
+    await leader.cancel_journey("ann", "tb1", "task-t-0-0")
+    await until(lambda: all(site.is_idle for site in leader._sites))
+    await leader._sites.close()
+    leader._known.clear()
+    stored = msgspec.structs.replace(first, sent=3)
+    keep_journeys(store, ("bob", "hotel"), [stored], [], 1.0)
+    assert (await leader.lead("ann", "tb1", "L2", POSE, goal_id="task-t-0-0")).sent == stored.sent
+
+
+async def test_times_in_a_building_are_of_those_lifts_that_serve(
+    leader: JourneyLeader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes: list[BuildingScene] = []
+
+    async def costs(user: str, scene: BuildingScene, *ends: Any) -> Any:
+        scenes.append(scene)
+        return np.array([[4.0, math.inf]])
+
+    monkeypatch.setattr(leader._planning, "costs", costs)
+    spots = [BuildingSpot("L1", 1.0, 2.0)]
+    assert await leader.times("ann", "house", spots, [*spots, BuildingSpot("L2", 1.0, 2.0)]) == [[4.0, None]]
+    monkeypatch.setattr(BuildingRunner, "waits", lambda _self: {("north", "L1"): math.inf})
+    await leader.times("ann", "house", spots, spots)
+    assert [scene.waits for scene in scenes] == [{}, {("north", "L1"): math.inf}]
+    with pytest.raises(InvalidInput, match="no floor of a building"):
+        await leader.times("ann", "yard", spots, spots)
 
 
 async def test_a_building_that_was_changed_is_read_again_once_nobody_travels(
