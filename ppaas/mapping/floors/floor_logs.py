@@ -45,7 +45,7 @@ def floor_logs(log: ScanLog, levels: Sequence[Level]) -> list[FloorLog]:
     InvalidInput
         No scan was taken on a floor.
     """
-    found = []
+    found: list[FloorLog] = []
     for level in levels:
         scans = np.flatnonzero(level.covers(log.stamps))
         if len(scans):
