@@ -69,9 +69,16 @@ class ScanLog:
 
     def first(self, count: int) -> "ScanLog":
         """Return the log of the first scans."""
-        stamps, odometry = self.stamps[:count], self.odometry[:count]
+        return self.chosen(slice(count))
+
+    def chosen(self, scans: NDArray[np.int64] | slice) -> "ScanLog":
+        """Return the log of some scans, by their numbers."""
         return replace(
-            self, stamps=stamps, odometry=odometry, ranges=self.ranges[:count], first_angles=self.first_angles[:count]
+            self,
+            stamps=self.stamps[scans],
+            odometry=self.odometry[scans],
+            ranges=self.ranges[scans],
+            first_angles=self.first_angles[scans],
         )
 
 

@@ -1,5 +1,6 @@
-"""Faults while robots ride in a lift: their machine is killed, nobody leads the lift any more, or there is a fire."""
+"""Faults while robots ride in a lift: their machine or their cloud is killed, there is a fire, or no radio."""
 
+import asyncio
 import os
 import signal
 from collections.abc import AsyncIterator
@@ -14,6 +15,7 @@ from tests.support.cloud.cloud import RunningCloud, register_robot, running_clou
 from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.floors import GOAL, START, ended, put_building, simulated_building, simulating
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, ticket
+from tests.support.network.wire import wire_to
 from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
@@ -94,6 +96,23 @@ async def test_a_robot_leaves_a_lift_in_case_of_fire_and_goes_on_afterwards(tmp_
                 assert "fire" in last["text"], last
                 last = await rest.post("/v1/robots/porter/goals", {"pose": list(GOAL), "floor": "L2"})
             await arrives(rest, building, drive, last["id"])
+
+
+async def test_a_robot_without_radio_in_a_lift_stands_and_goes_on_when_it_is_heard_again(tmp_path: Path) -> None:
+    building = simulated_building()
+    with running_cloud(tmp_path, *OPTIONS, "--linger", "3") as cloud:
+        rest = await cloud.admin()
+        async with wire_to(cloud.url) as wire, travelling(rest, wire.url, building) as (drive, goal_id):
+            [robot] = building.robots
+            await until(lambda: floor_of_robot(building) == "L2", 60.0)
+            wire.cut()
+            await asyncio.sleep(2.0)
+            there = robot.base.pose
+            await asyncio.sleep(6.0)  # longer than a session lingers
+            assert robot.base.pose.distance_to(there) < 0.01, "no command is obeyed for long"
+            assert (await rest.get(f"/v1/robots/porter/goals/{goal_id}"))["state"] == "active"
+            wire.mend()
+            await arrives(rest, building, drive, goal_id)
 
 
 def kill(cloud: RunningCloud) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ppaas.mapping.pipeline.offline import LogMap
     from ppaas.mapping.scan_log import ScanLog
     from ppaas.mapping.trajectories import PlanarTrajectory
+    from robots.recordings.recording import RecordedFrames
 
 NAME = "slam"
 HELP = "make a map of a log or a bag with laser scans and odometry, or score a trajectory"
@@ -36,6 +37,7 @@ METHODS = ("none", "scaling", "graduated")
 """Methods of `ppaas.mapping.graph.solver.Robust`, which ``ppaas --help`` must not load."""
 
 COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
+FLOORS = ("floor", "map", "elevation", "scans", "key_frames", "closures")
 SOLVED = ("nodes", "edges", "fixed", "chi2", "distrusted_edges", "method", "iterations", "seconds")
 SCORES = ("mean_m", "std_m", "max_m", "rmse_m", "mean_deg", "std_deg", "max_deg", "relations", "poses", "unmatched")
 
@@ -90,6 +92,13 @@ def _configure_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--octomap-parameter", action="append", metavar="NAME=VALUE", help="parameter of it, as resolution=0.1"
     )
+    parser.add_argument(
+        "--floors",
+        type=Path,
+        metavar="FOLDER",
+        help="write a map of each floor of a drive over several floors, and their building; of a bag with a barometer, "
+        "or an odometry with heights",
+    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
     parser.add_argument(
         "--score",
@@ -109,6 +118,7 @@ def _configure_inputs(parser: argparse.ArgumentParser) -> None:
     )
     bag = parser.add_argument_group("bags of ROS", "default: what the transforms and the odometry of the bag say")
     bag.add_argument("--scan-topic", metavar="TOPIC", help="use the scans of this topic alone, as /scan_front")
+    bag.add_argument("--height-topic", metavar="TOPIC", help="find the floors by this topic, as /barometer")
     bag.add_argument("--odom-frame", metavar="FRAME", help="frame of the odometry, as odom_combined")
     bag.add_argument("--base-frame", metavar="FRAME", help="frame of the robot, as robot1/base_footprint")
 
@@ -133,6 +143,8 @@ def _make(arguments: argparse.Namespace) -> None:
 
     if arguments.format is None and is_graph(arguments.log):
         show(_solve(arguments), SOLVED, as_json=arguments.json)
+    elif arguments.floors is not None:
+        show(_map_floors(arguments), FLOORS, as_json=arguments.json)
     else:
         answer = _map(arguments)
         show(answer, (*COLUMNS, *_scores(answer)), as_json=arguments.json)
@@ -147,9 +159,9 @@ def _score_file(arguments: argparse.Namespace) -> None:
 
     if arguments.score is None or arguments.trajectory is None:
         raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
-    outputs = (arguments.map, arguments.plot, arguments.graph, arguments.posegraph, arguments.octomap)
+    outputs = (arguments.map, arguments.plot, arguments.graph, arguments.posegraph, arguments.octomap, arguments.floors)
     if any(path is not None for path in outputs):
-        raise InvalidInput("--map, --plot, --graph, --posegraph and --octomap need a LOG")
+        raise InvalidInput("--map, --plot, --graph, --posegraph, --octomap and --floors need a LOG")
     if arguments.trajectory_format is not None:
         raise InvalidInput("--trajectory-format is of a trajectory that is written: give a LOG")
     answer = _scored(arguments.score, parse_trajectory(_text(arguments.trajectory)))
@@ -179,16 +191,36 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
             check_folder(path)
 
 
-def _map(arguments: argparse.Namespace) -> dict[str, Any]:
+def _read(arguments: argparse.Namespace) -> "tuple[ScanLog, SlamParameters, RecordedFrames]":
     from ppaas.mapping.parameters import SlamParameters  # noqa: PLC0415
-    from ppaas.mapping.trajectories import PlanarTrajectory  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
     from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
     from robots.recordings.scan_logs import read_scan_log  # noqa: PLC0415
 
     parameters = read_parameters(SlamParameters, "slam", merge_patch(arguments.parameter or []))
     frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame)
-    log = read_scan_log(arguments.log, arguments.format, frames, _note)
+    return read_scan_log(arguments.log, arguments.format, frames, _note), parameters, frames
+
+
+def _map_floors(arguments: argparse.Namespace) -> list[dict[str, Any]]:
+    from robots.cli.buildings.slam_floors import check_floors, map_floors  # noqa: PLC0415
+
+    outputs = ("map", "trajectory", "plot", "graph", "posegraph", "octomap", "score")
+    given = [name for name in outputs if getattr(arguments, name) is not None]
+    if given:
+        raise InvalidInput(f"--{given[0]} is of one map: leave it out with --floors")
+    check_floors(arguments.floors)
+    log, parameters, _ = _read(arguments)
+    return map_floors(
+        arguments.log, log, arguments.floors, arguments.height_topic,
+        mapped=lambda part, name: _mapped(part, parameters, name), resolution=parameters.resolution,
+    )  # fmt: skip
+
+
+def _map(arguments: argparse.Namespace) -> dict[str, Any]:
+    from ppaas.mapping.trajectories import PlanarTrajectory  # noqa: PLC0415
+
+    log, parameters, frames = _read(arguments)
     made = _mapped(log, parameters, arguments.log.name)
     _write(arguments, log, made, parameters.resolution)
     trajectory = PlanarTrajectory(log.stamps, made.poses)
