@@ -3,13 +3,14 @@
 Trips to chargers and spots are tasks with a ``trip``: they are stored, and go on after a restart.
 """
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 
 from ppaas.energy.sites import Sites
 from ppaas.tasks.assignment import may_do
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import RobotNow
-from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, lasts, least_cost, straight, way_home
+from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, demand_of, lasts, straight, way_home
 from ppaas.tasks.records import MOST_PRIORITY, Place, Task, Trip
 
 LOW = 0.25
@@ -23,7 +24,8 @@ ALMOST_FULL = 0.85
 robot leaves its charger if others need it."""
 
 PATIENCE = 300.0
-"""Time for which a task has waited before a robot leaves its charger for it [s]."""
+"""Time for which a task has waited before a robot leaves its charger for it [s]. Until then, a robot that could do it
+stays: the task is given to one soon."""
 
 ENOUGH = 0.5
 """Charge from which a robot leaves its charger for a task that waits, if no other robot needs the charger."""
@@ -55,7 +57,7 @@ def must_charge(robot: RobotNow, task: Task | None, sites: Sites) -> bool:
 
 
 def trips(
-    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, now: float, *, tasks_wait: bool
+    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, waiting: Sequence[Task], now: float
 ) -> list[tuple[str, Task]]:
     """Return the trips to chargers and parking spots that robots begin now, by robot.
 
@@ -66,17 +68,23 @@ def trips(
     task_of : mapping of str to Task
         Their tasks.
     sites : Sites
+    waiting : sequence of Task
+        Tasks that wait for robots.
     now : float
         Time [s since the epoch].
-    tasks_wait : bool
-        Whether tasks wait for robots.
     """
     charge = {name: _charge(robot) for name, robot in robots.items()}
     needy = {name for name, robot in robots.items() if must_charge(robot, task_of.get(name), sites)}
     idle = [name for name, robot in robots.items() if name not in needy and _is_idle(robot, task_of.get(name))]
-    limit = ALMOST_FULL if tasks_wait else OPPORTUNE
     wish = sorted(needy, key=lambda name: (charge[name], name))
-    wish += sorted((name for name in idle if charge[name] < limit), key=lambda name: (charge[name], name))
+    soon = [task for task in waiting if now - task.may_start < PATIENCE]
+    limit = ALMOST_FULL if waiting else OPPORTUNE
+    spare = [
+        name
+        for name in idle
+        if charge[name] < limit and not any(_can_do(task, name, robots[name], sites) for task in soon)
+    ]
+    wish += sorted(spare, key=lambda name: (charge[name], name))
     taken = [task.places[0] for task in task_of.values() if task.trip == "charge"]
     charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken])
     gone = {name for name, _ in charging}
@@ -117,24 +125,22 @@ def leavers(
 
 
 def _can_do(task: Task, name: str, robot: RobotNow, sites: Sites) -> bool:
-    assert robot.place is not None, "it is at its charger"
+    assert robot.place is not None, "robots that charge or have nothing to do know their place"
     way = DETOUR * straight(robot.place, task.target)
-    return may_do(task, name, robot.labels) and lasts(task, way, robot.battery, sites)
+    return may_do(task, name, robot.labels) and lasts(demand_of(task, sites), way, robot.battery)
 
 
 def reach_reason(task: Task, robots: Mapping[str, RobotNow], sites: Sites) -> str:
     """Return the reason of a task that waits, which says so if no battery of a robot for it lasts."""
-    able = [
-        robot.battery
-        for name, robot in robots.items()
-        if robot.battery is not None and may_do(task, name, robot.labels)
-    ]
-    if not able or not sites.chargers:
+    if not sites.chargers:
         return task.reason
-    least = min(least_cost(task, battery, sites) for battery in able)
-    if least > 1.0 - RESERVE:
-        return f"{_TOO_FAR} {100.0 * least:.0f} % of one, with the way to a charger"
-    return other_reason(task)
+    demand, way, least = demand_of(task, sites), way_home(task.target, sites), math.inf
+    for name, robot in robots.items():
+        if robot.battery is not None and may_do(task, name, robot.labels):
+            least = min(least, demand.charge(way, robot.battery))
+            if least <= 1.0 - RESERVE:
+                return other_reason(task)
+    return task.reason if math.isinf(least) else f"{_TOO_FAR} {100.0 * least:.0f} % of one, with the way to a charger"
 
 
 def other_reason(task: Task) -> str:

@@ -5,7 +5,7 @@ is sent. So a dispatcher that is made from the stored records goes on where an e
 goals again, and Move Base ignores those that it has.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -186,20 +186,18 @@ class Dispatcher:
     def candidates(self, now: float) -> list[TaskRobot]:
         """Return the robots that may begin a task now, or after the one that they keep."""
         found = []
-        for name, robot in sorted(self._robots.items()):
-            if robot.place is None or robot.is_led or now < self._rests_until.get(name, now):
-                continue
-            task = self._task(name)
-            if task is None or (task.state == "assigned" and task.trip != "charge"):
-                found.append(TaskRobot(name, robot.place, 0.0, robot.labels, robot.battery))
-            elif task.trip != "charge":
-                left = remaining(task, robot.place)
+        for name, place in sorted(self._available(now).items()):
+            robot, task = self._robots[name], self._task(name)
+            if task is None or task.state == "assigned":
+                found.append(TaskRobot(name, place, 0.0, robot.labels, robot.battery))
+            else:
+                left = remaining(task, place)
                 found.append(TaskRobot(name, task.places[-1], left, robot.labels, robot.battery))
         return found
 
     def undecided(self, now: float) -> list[Task]:
         """Return the tasks that a robot may get now: those without a robot, and those that theirs has not begun."""
-        free = {candidate.robot for candidate in self.candidates(now)}
+        free = self._available(now)
         return [
             task
             for task in self._tasks.values()
@@ -207,6 +205,17 @@ class Dispatcher:
         ]
 
     # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _available(self, now: float) -> dict[str, Place]:
+        """Return where the robots are that may begin a task now, or after the one that they keep."""
+        return {
+            name: robot.place
+            for name, robot in self._robots.items()
+            if robot.place is not None
+            and not robot.is_led
+            and now >= self._rests_until.get(name, now)
+            and ((task := self._task(name)) is None or task.trip != "charge")
+        }
 
     def _may_begin(self, task: Task, now: float) -> bool:
         return now >= task.may_start and verdict(task, self._ended, self._tasks)[0] == "ready"
@@ -243,7 +252,7 @@ class Dispatcher:
         for task in waiting:
             reason = reach_reason(task, self._robots, self.sites)
             orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
-        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
+        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, waiting, now):
             before = self._task(robot)
             if before is not None and before.trip == "park":
                 orders += self._end(before, "cancelled", "its robot charges", now)
@@ -378,5 +387,5 @@ def _unless(robot: str, busy: set[str]) -> str:
     return "" if robot in busy else robot
 
 
-def _may_move(task: Task, free: set[str]) -> bool:
+def _may_move(task: Task, free: Container[str]) -> bool:
     return task.state == "assigned" and task.robot in free
