@@ -18,10 +18,17 @@ class Sites:
     ----------
     chargers : mapping of str to Spot
     parking : mapping of str to Spot
+    docks : frozenset of str
+        Chargers at which robots dock.
     """
 
     chargers: Mapping[str, Spot] = field(default_factory=dict)
     parking: Mapping[str, Spot] = field(default_factory=dict)
+    docks: frozenset[str] = frozenset()
+
+    def dock_at(self, place: Spot) -> str:
+        """Return the name of the dock at a place; empty if no robot docks there."""
+        return next((name for name in self.docks if self.chargers.get(name) == place), "")
 
 
 NO_SITES = Sites()
@@ -35,7 +42,8 @@ def sites_of(zones: ZoneSet) -> Sites:
         for zone in zones.zones
         if isinstance(zone.rule, Station) and "park" in zone.rule.uses and zone.name not in chargers
     }
-    return Sites(chargers, parking)
+    docks = frozenset(zone.name for zone in zones.zones if isinstance(zone.rule, Dock) and zone.name in chargers)
+    return Sites(chargers, parking, docks)
 
 
 def _charges(zone: Zone) -> bool:

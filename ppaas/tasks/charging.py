@@ -4,7 +4,9 @@ Trips to chargers and spots are tasks with a ``trip``: they are stored, and go o
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from msgspec.structs import replace
 
 from ppaas.energy.sites import Sites
 from ppaas.tasks.assignment import may_do
@@ -57,7 +59,13 @@ def must_charge(robot: RobotNow, task: Task | None, sites: Sites) -> bool:
 
 
 def trips(
-    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, waiting: Sequence[Task], now: float
+    robots: Mapping[str, RobotNow],
+    task_of: Mapping[str, Task],
+    sites: Sites,
+    waiting: Sequence[Task],
+    now: float,
+    *,
+    shuns: Callable[[str, Place, float], bool] = lambda _robot, _charger, _now: False,
 ) -> list[tuple[str, Task]]:
     """Return the trips to chargers and parking spots that robots begin now, by robot.
 
@@ -72,6 +80,8 @@ def trips(
         Tasks that wait for robots.
     now : float
         Time [s since the epoch].
+    shuns : callable
+        Returns whether a robot does not go to a charger at a time, since that failed it.
     """
     charge = {name: _charge(robot) for name, robot in robots.items()}
     needy = {name for name, robot in robots.items() if must_charge(robot, task_of.get(name), sites)}
@@ -86,13 +96,17 @@ def trips(
     ]
     wish += sorted(spare, key=lambda name: (charge[name], name))
     taken = [task.places[0] for task in task_of.values() if task.trip == "charge"]
-    charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken])
+    free = [place for place in sites.chargers.values() if place not in taken]
+    charging = _matched(wish, robots, free, lambda name, place: shuns(name, place, now))
     gone = {name for name, _ in charging}
     stay = [name for name in idle if name not in gone and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
     parking = _matched(sorted(away), robots, spots)
-    first = [(name, _trip("charge", place, name, now, number)) for number, (name, place) in enumerate(charging)]
+    first = [
+        (name, replace(_trip("charge", place, name, now, number), dock=sites.dock_at(place)))
+        for number, (name, place) in enumerate(charging)
+    ]
     return first + [(name, _trip("park", place, name, now, number)) for number, (name, place) in enumerate(parking)]
 
 
@@ -173,13 +187,17 @@ def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str
     return planned or any(_is_at(robot, [place]) for robot in robots.values())
 
 
-def _matched(names: list[str], robots: Mapping[str, RobotNow], places: list[Place]) -> list[tuple[str, Place]]:
+def _matched(
+    names: list[str], robots: Mapping[str, RobotNow], places: list[Place],
+    shuns: Callable[[str, Place], bool] = lambda _robot, _place: False,
+) -> list[tuple[str, Place]]:  # fmt: skip
     """Return the nearest place of each robot that is left by those before it."""
     found, left = [], list(places)
     for name in names:
         place = robots[name].place
-        if left and place is not None:
-            nearest = min(left, key=lambda spot: straight(place, spot))
+        able = [spot for spot in left if not shuns(name, spot)]
+        if able and place is not None:
+            nearest = min(able, key=lambda spot: straight(place, spot))
             left.remove(nearest)
             found.append((name, nearest))
     return found

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
+from ppaas.tasks.chargers import ChargerWatch
 from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import remaining, straight
@@ -55,6 +56,7 @@ class Dispatcher:
         self._robots: dict[str, RobotNow] = {}
         self._seen: dict[str, float] = {}
         self._rests_until: dict[str, float] = {}
+        self._chargers = ChargerWatch()
         for task in tasks:
             self.add(task, now)
 
@@ -156,6 +158,8 @@ class Dispatcher:
             Returns the length of the way between two places [m].
         """
         orders = self._end_hopeless(now) + self._leave_chargers(now)
+        for task, problem in self._chargers.stalled(self._tasks_of(), self._robots, now):
+            orders += self._failed(task, problem, now) if problem else self._end(task, "done", "", now)
         free, tasks = self.candidates(now), self.undecided(now)
         if free and tasks:
             found = assign(free, tasks, distance, now, self.sites)
@@ -252,7 +256,8 @@ class Dispatcher:
         for task in waiting:
             reason = reach_reason(task, self._robots, self.sites)
             orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
-        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, waiting, now):
+        shuns = self._chargers.shuns
+        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, waiting, now, shuns=shuns):
             before = self._task(robot)
             if before is not None and before.trip == "park":
                 orders += self._end(before, "cancelled", "its robot charges", now)
@@ -346,6 +351,9 @@ class Dispatcher:
         """Give a task back, unless it cannot be done by another robot or has failed too often."""
         failures = task.failures + 1
         task = replace(task, failures=failures)
+        if task.trip:
+            self._chargers.fail(task.robot, task.target, now)
+            return self._end(task, "failed", reason, now)
         if task.is_loaded:
             return self._end(task, "failed", _carries(reason), now)
         if failures >= MOST_FAILURES:
@@ -376,7 +384,7 @@ class Dispatcher:
         return [StoreTask(task)]
 
     def _send(self, task: Task) -> Order:
-        return Send(task.robot, task.goal_id, task.target)
+        return Send(task.robot, task.goal_id, task.target, task.dock)
 
 
 def _carries(reason: str) -> str:

@@ -46,11 +46,12 @@ class StoreTask:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again."""
+    """Send a robot to a place, or to dock there. A goal whose id it knows is the same goal, sent again."""
 
     robot: str
     goal_id: str
     place: Place
+    dock: str = ""
 
 
 @dataclass(frozen=True, slots=True)
