@@ -14,7 +14,7 @@ from ppaas.tasks.assignment import Distance
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Task, pose_of
+from ppaas.tasks.records import Task
 from storage.names import Group
 from storage.ports import TaskStore
 from storage.records import MapTask
@@ -225,8 +225,7 @@ class TaskGroup:
         return {robot: at for robot, at in lost.items() if at is not None}
 
     def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
-        client = self._robots.client(self.group[0], robot)
-        for goal in [] if client is None else client.goals():
+        for goal in self._robots.goals(self.group[0], robot):
             if goal.state == "pending" or goal.state == "active":  # noqa: PLR1714 - mypy narrows no sets
                 continue
             orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)
@@ -242,9 +241,7 @@ class TaskGroup:
                 case Send():
                     self._send(order)
                 case Cancel():
-                    client = self._robots.client(self.group[0], order.robot)
-                    if client is not None:
-                        client.cancel_any(order.goal_id)
+                    self._robots.cancel(self.group[0], order.robot, order.goal_id)
 
     async def _put(self, order: StoreTask) -> None:
         before = self._records.get(order.task.id)
@@ -268,11 +265,8 @@ class TaskGroup:
             self._store.put_task(record)
 
     def _send(self, order: Send) -> None:
-        client = self._robots.client(self.group[0], order.robot)
-        if client is None:
-            return  # it is sent once the robot is there
         try:
-            client.send(pose_of(order.place), order.goal_id)
+            self._robots.send(self.group[0], order.robot, order)
         except PPaaSError as error:
             raise Conflict(f"goal {order.goal_id!r} of robot {order.robot!r} is sent again: {error}") from error
 
