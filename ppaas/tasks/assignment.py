@@ -117,9 +117,10 @@ def _ways(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance
     """Return the lengths of the ways from robots to tasks [m], each measured once: many begin or end at one place."""
     starts = {robot.place: None for robot in robots}
     goals = {task.target: None for task in tasks}
-    known = np.array([[distance(start, goal) for goal in goals] for start in starts])
+    known: Array = np.array([[distance(start, goal) for goal in goals] for start in starts])
     rows, columns = ({place: number for number, place in enumerate(places)} for places in (starts, goals))
-    return known[np.ix_([rows[robot.place] for robot in robots], [columns[task.target] for task in tasks])]
+    found: Array = known[np.ix_([rows[robot.place] for robot in robots], [columns[task.target] for task in tasks])]
+    return found
 
 
 def _charge_left(robots: Sequence[TaskRobot], tasks: Sequence[Task], ways: Array, sites: Sites) -> Array:
@@ -129,7 +130,8 @@ def _charge_left(robots: Sequence[TaskRobot], tasks: Sequence[Task], ways: Array
     numbers = np.array([(one.charge, one.per_metre, one.per_second) for one in batteries]).T
     charge, per_metre, per_second = numbers[..., np.newaxis]
     metres = ways + demands[:, 0]
-    return charge - (per_metre * metres + per_second * (metres / SPEED + demands[:, 1]))
+    left: Array = charge - (per_metre * metres + per_second * (metres / SPEED + demands[:, 1]))
+    return left
 
 
 def cheapest(costs: Array) -> list[tuple[int, int]]:

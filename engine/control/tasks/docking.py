@@ -26,7 +26,10 @@ from ppaas.tasks.orders import Outcome
 REPORTED = 10.0
 """Time after undocking until which reports may still have the robot at its dock [s]."""
 
-_RESULTS = {DOCK_ROBOT.result.name: DockRobotActionResult, UNDOCK_ROBOT.result.name: UndockRobotActionResult}
+_RESULTS: dict[str, type[DockRobotActionResult | UndockRobotActionResult]] = {
+    DOCK_ROBOT.result.name: DockRobotActionResult,
+    UNDOCK_ROBOT.result.name: UndockRobotActionResult,
+}
 _CANCELS = {DOCK_ROBOT.goal.name: DOCK_ROBOT.cancel.name, UNDOCK_ROBOT.goal.name: UNDOCK_ROBOT.cancel.name}
 _STATUSES = {DOCK_ROBOT.status.name: DOCK_ROBOT.goal.name, UNDOCK_ROBOT.status.name: UNDOCK_ROBOT.goal.name}
 
@@ -51,7 +54,7 @@ class _Sent:
 
 
 class DockingClient:
-    """Client of a robot's place that docks and undocks it; it joins the place once there is something to do.
+    """Client of a robot's place that docks and undocks it, and follows who else does.
 
     Parameters
     ----------
@@ -70,6 +73,9 @@ class DockingClient:
         self._sent: dict[str, _Sent] = {}
         self._goals: dict[str, DockingGoal] = {}
         self._undocked_at = -math.inf
+        self._followed: dict[str, frozenset[str]] = {}
+        if self.can_dock:
+            self._join()
 
     def leave(self) -> None:
         """Leave the place."""
@@ -85,6 +91,11 @@ class DockingClient:
     def is_docked(self) -> bool:
         """Whether the robot stands at a dock, by the last report of its container."""
         return bool(self._place.beat.report.docked) and self._monotonic() - self._undocked_at > REPORTED
+
+    @property
+    def followed(self) -> frozenset[str]:
+        """Ids of the goals to dock and to undock that the robot follows, no matter who sent them."""
+        return frozenset().union(*self._followed.values())
 
     def stands_at(self, name: str) -> bool:
         """Return whether the robot stands at the dock of a name."""
@@ -114,13 +125,17 @@ class DockingClient:
             cancel = encode(GoalID(id=goal_id))
             self._place.deliver(_CANCELS[self._sent[goal_id].action], cancel, self._client, must_arrive=True)
 
-    def _send(self, action: str, goal_id: str, goal: bytes, then: Callable[[], object] | None = None) -> None:
+    def _join(self) -> int:
         if self._client is None:
             self._client = self._place.join(self)
             for topic in (*_RESULTS, *_STATUSES):
                 self._place.subscribe(topic, self._client)
+        return self._client
+
+    def _send(self, action: str, goal_id: str, goal: bytes, then: Callable[[], object] | None = None) -> None:
+        client = self._join()
         sent = _Sent(action, GoalWatch(goal_id), then)
-        sent.sequence = self._place.deliver(action, goal, self._client, must_arrive=True)
+        sent.sequence = self._place.deliver(action, goal, client, must_arrive=True)
         # Robots have one goal at a time: what has ended before was noted.
         self._goals = {name: one for name, one in self._goals.items() if name in self._sent}
         self._sent[goal_id], self._goals[goal_id] = sent, DockingGoal(goal_id, "pending")
@@ -135,6 +150,8 @@ class DockingClient:
                 self._update(status.goal_id.id, status_of(status), status.text)
         elif topic in _STATUSES:
             listed, now = decode(GoalStatusArray, payload).status_list, self._monotonic()
+            open_now = (status for status in listed if not Status(status.status).terminal)
+            self._followed[topic] = frozenset(status.goal_id.id for status in open_now)
             for goal_id, sent in tuple(self._sent.items()):
                 if sent.action == _STATUSES[topic]:
                     end = sent.watch.see(listed, now)

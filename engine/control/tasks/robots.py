@@ -236,7 +236,7 @@ class TaskRobots:
         place = client.place_now
         watch = self._batteries.setdefault(key, _BatteryWatch())
         battery = watch.see(client.place.beat.report.battery, place, self._monotonic(), charging=charging)
-        return RobotNow(place, labels, client.followed, battery)
+        return RobotNow(place, labels, client.followed | self._docks[key].followed, battery)
 
     def _leave(self, key: str) -> None:
         client = self._clients.pop(key, None)

@@ -80,6 +80,9 @@ PAUSE = 0.05
 SEARCH = 300.0
 """Time between two searches for users and maps with tasks without a notice that they were changed [s]."""
 
+LOOK = 10.0
+"""Time between two looks for robots on maps with chargers for which there were no tasks [s]."""
+
 LABELS = 30.0
 """Time after which the labels of robots are read again [s]."""
 
@@ -149,7 +152,7 @@ class TaskRunner:
         self._maps: dict[Group, TaskMap] = {}
         self._groups: dict[Group, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
-        self._searched_at = float("-inf")
+        self._searched_at = self._looked_at = float("-inf")
 
     def keep_for(self, seconds: float) -> None:
         """Keep tasks for another time after their end [s]."""
@@ -178,6 +181,9 @@ class TaskRunner:
             self._news.groups.update(await asyncio.to_thread(self._store.task_groups))
             self._searched_at = now
             self._robots.forget_closed()
+        if now - self._looked_at >= LOOK:
+            self._looked_at = now
+            await self._find_chargers()
         while self._news.groups:
             group = self._news.groups.pop()
             self._groups.setdefault(group, self._lead_group(group, kept_for=self._kept_for)).changed = True
@@ -193,6 +199,14 @@ class TaskRunner:
         for error in await asyncio.gather(*led, return_exceptions=True):
             if isinstance(error, BaseException):
                 raise error
+
+    async def _find_chargers(self) -> None:
+        """Lead robots also where there were no tasks, if their map has chargers."""
+        connected = self._robots.connected()
+        self._maps = {key: known for key, known in self._maps.items() if key in connected or key in self._groups}
+        for key, robots in connected.items():
+            if key not in self._groups and (await self._map_of(key, next(iter(robots.values())))).sites.chargers:
+                self._news.groups.add(key)
 
     def open_tasks(self) -> Counter[TaskState]:
         """Return the numbers of tasks that have not ended, by state, as this process knows them."""

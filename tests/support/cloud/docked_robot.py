@@ -60,13 +60,25 @@ class DockedScene:
 
 @asynccontextmanager
 async def docked_scene(
-    url: str, token: str, robot_id: str, grid: GridMap, pose: Pose2D, zones: ZoneSet
+    url: str,
+    token: str,
+    robot_id: str,
+    grid: GridMap,
+    pose: Pose2D,
+    docks: ZoneSet | tuple[Charger, ...],
+    *,
+    charge: float = 0.8,
 ) -> AsyncIterator[DockedScene]:
-    """Simulate a robot in a world with a charger at each dock, and connect it to a cloud."""
+    """Simulate a robot in a world with a charger at each dock, or with these chargers, and connect it to a cloud.
+
+    With more charge than 70 %, the cloud does not send it to a charger by itself.
+    """
     world = World(grid)
-    chargers = fit_chargers(world, zones)
+    chargers = fit_chargers(world, docks) if isinstance(docks, ZoneSet) else docks
+    for charger in () if isinstance(docks, ZoneSet) else docks:
+        world.add_furniture(charger.body())
     simulated = world.add_robot(pose)
-    battery = RobotBattery(simulated, chargers)
+    battery = RobotBattery(simulated, chargers, charge=charge)
     async with (
         RobotClient(url, robot=robot_id, token=token) as robot,
         RobotClient(url, robot=robot_id, token=token, role="operator") as operator,

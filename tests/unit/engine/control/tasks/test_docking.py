@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 
-from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.docking import REPORTED, DockingClient
 from engine.protocols import refusals, robot_link
 from engine.specs.robot_report import StateReport
@@ -101,9 +100,7 @@ def test_a_cancel_and_a_refusal_are_those_of_the_action(scene: Scene) -> None:
     assert goal.state == "rejected"
 
 
-def test_a_place_that_closes_loses_goals_and_one_that_does_nothing_is_not_joined(scene: Scene) -> None:
-    assert scene.place.clients == 0
-    scene.client.leave()
+def test_a_place_that_closes_loses_goals(scene: Scene) -> None:
     scene.client.dock("g", "a")
     assert scene.place.clients == 1
     scene.client.closed(Unavailable("the place was closed"))
@@ -114,5 +111,6 @@ def test_a_place_that_closes_loses_goals_and_one_that_does_nothing_is_not_joined
 
 def test_clones_of_earlier_releases_do_not_dock() -> None:
     place = StillRobot()
-    assert not DockingClient(place).can_dock
-    assert NavigationClient(place).goals() == []
+    client = DockingClient(place)
+    assert (client.can_dock, client.followed, place.clients) == (False, frozenset(), 0)
+    client.leave()

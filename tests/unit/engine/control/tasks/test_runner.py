@@ -14,7 +14,7 @@ from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.runner import LOOK, TaskNews, TaskRunner
 from engine.control.tasks.task_maps import TaskMap, task_map_on
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
@@ -426,15 +426,48 @@ async def test_robots_are_followed_only_while_there_are_tasks(hall: Hall) -> Non
     assert place.clients == 0
 
 
-async def test_robots_are_not_looked_at_while_there_are_no_tasks(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
-    hall.connect("r")
+async def test_robots_are_seldom_looked_at_while_there_are_no_tasks(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = hall.connect("r")
+    await hall.after()
     looked = Mock(wraps=hall.robots.connected)
     monkeypatch.setattr(hall.robots, "connected", looked)
-    await hall.after()
+    await hall.after(LOOK - 1.0)
     looked.assert_not_called()
-    hall.add("t", 5.0)
     await hall.after()
     looked.assert_called()
+    assert place.clients == 0
+    hall.add("t", 5.0)
+    await hall.after()
+    assert looked.call_count > 1
+
+
+async def test_robots_charge_before_the_first_task(hall: Hall) -> None:
+    task_map = partial(in_metres, sites=Sites({"c": (3.0, 0.0, 0.0)}))
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=task_map)
+    place = hall.connect("r")
+    report_battery(place, 0.2)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [trip] = [one.task for one in hall.store.tasks("ann", "house")]
+    assert (trip.trip, goals(place)) == ("charge", [(GOAL, trip.goal_id)])
+
+
+async def test_a_robot_that_somebody_else_docks_is_left_to_that(hall: Hall) -> None:
+    task_map = partial(in_metres, sites=Sites({"c": (3.0, 0.0, 0.0)}))
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=task_map)
+    place = hall.connect("r")
+    place.topics[DOCK_ROBOT.goal.name] = robot_link.TopicInfo(DOCK_ROBOT.goal.name, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    await hall.after()
+    for state, trips in ((Status.ACTIVE, 0), (Status.ABORTED, 1)):
+        tell(place, 0.0)
+        status = {"goal_id": {"id": "ours"}, "status": int(state)}
+        place.publish_json(DOCK_ROBOT.status.name, {"status_list": [status]})
+        await hall.after(5.0)
+        assert len(hall.store.tasks("ann", "house")) == trips
 
 
 def ended(name: str, at: float) -> Task:
