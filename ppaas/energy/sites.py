@@ -19,13 +19,20 @@ class Sites:
     ----------
     chargers : mapping of str to Spot
     parking : mapping of str to Spot
+    docks : mapping of str to str
+        Names of the docks at which robots dock, on their maps, by the names of these chargers.
     linked : mapping of str to set of str
         In a building, the floors that lifts and ways lead to from each floor.
     """
 
     chargers: Mapping[str, Spot] = field(default_factory=dict)
     parking: Mapping[str, Spot] = field(default_factory=dict)
+    docks: Mapping[str, str] = field(default_factory=dict)
     linked: Mapping[str, AbstractSet[str]] = field(default_factory=dict)
+
+    def dock_at(self, place: Spot) -> str:
+        """Return the name of the dock at a place; empty if no robot docks there."""
+        return next((dock for name, dock in self.docks.items() if self.chargers.get(name) == place), "")
 
     def leads(self, here: str, there: str) -> bool:
         """Return whether robots get from a floor to another; of a map that is no floor, the names are empty."""
@@ -43,7 +50,8 @@ def sites_of(zones: ZoneSet) -> Sites:
         for zone in zones.zones
         if isinstance(zone.rule, Station) and "park" in zone.rule.uses and zone.name not in chargers
     }
-    return Sites(chargers, parking)
+    docks = {zone.name: zone.name for zone in zones.zones if isinstance(zone.rule, Dock) and zone.name in chargers}
+    return Sites(chargers, parking, docks)
 
 
 def links_of(zones: ZoneSet) -> frozenset[str]:

@@ -13,7 +13,7 @@ from ppaas.energy.battery import Battery
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.people.tracks.hungarian import least_cost
 from ppaas.tasks.floors import floor_of
-from ppaas.tasks.reach import SPEED, lasts
+from ppaas.tasks.reach import RESERVE, SPEED, demand_of
 from ppaas.tasks.records import PAYLOAD, Place, Task
 
 PRIORITY = 120.0
@@ -31,6 +31,8 @@ MARGIN = 10.0
 
 MOST_TASKS = 128
 """Number of tasks that are considered at once: those that are worth most."""
+
+_ANY = Battery(1e9, 0.0, 0.0)  # of robots whose batteries are not known
 
 Array = NDArray[np.float64]
 Distance = Callable[[Place, Place], float]
@@ -72,7 +74,7 @@ def may_do(task: Task, robot: str, labels: Mapping[str, str], place: Place | Non
         return False
     if task.named_robot not in {"", robot} or (task.weight > 0.0 and not task.weight <= payload_of(labels)):
         return False
-    return all(labels.get(name) == value for name, value in task.labels.items())
+    return not task.labels or all(labels.get(name) == value for name, value in task.labels.items())
 
 
 def labels_of(properties: Mapping[str, Any]) -> dict[str, str]:
@@ -99,15 +101,42 @@ def costs_of(
 
     A task that has a robot is not handed over to one that is still busy.
     """
-    costs = np.full((len(robots), len(tasks)), np.inf)
-    for row, robot in enumerate(robots):
-        for column, task in enumerate(tasks):
-            waits = robot.remaining > 0.0 and task.robot not in {"", robot.robot}
-            if may_do(task, robot.robot, robot.labels, robot.place) and not waits:
-                way = distance(robot.place, task.target)
-                if lasts(task, way + robot.remaining * SPEED, robot.battery, sites):
-                    costs[row, column] = robot.remaining + way / SPEED - worth(task, now)
+    if not robots or not tasks:
+        return np.empty((len(robots), len(tasks)))
+    ways, remaining = _ways(robots, tasks, distance), np.array([robot.remaining for robot in robots])
+    for column, task in enumerate(tasks):
+        able = [
+            may_do(task, robot.robot, robot.labels, robot.place)
+            and (robot.remaining <= 0.0 or task.robot in {"", robot.robot})
+            for robot in robots
+        ]
+        ways[np.logical_not(able), column] = np.inf
+    if sites.chargers:
+        driven = ways + remaining[:, np.newaxis] * SPEED
+        ways[_charge_left(robots, tasks, driven, sites) < RESERVE] = np.inf
+    costs: Array = remaining[:, np.newaxis] + ways / SPEED - np.array([worth(task, now) for task in tasks])
     return costs
+
+
+def _ways(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance) -> Array:
+    """Return the lengths of the ways from robots to tasks [m], each measured once: many begin or end at one place."""
+    starts = {robot.place: None for robot in robots}
+    goals = {task.target: None for task in tasks}
+    known: Array = np.array([[distance(start, goal) for goal in goals] for start in starts])
+    rows, columns = ({place: number for number, place in enumerate(places)} for places in (starts, goals))
+    found: Array = known[np.ix_([rows[robot.place] for robot in robots], [columns[task.target] for task in tasks])]
+    return found
+
+
+def _charge_left(robots: Sequence[TaskRobot], tasks: Sequence[Task], ways: Array, sites: Sites) -> Array:
+    """Return the charge of each robot after each task and the way to a charger; much if its battery is not known."""
+    demands = np.array([demand_of(task, sites) for task in tasks])
+    batteries = [robot.battery or _ANY for robot in robots]
+    numbers = np.array([(one.charge, one.per_metre, one.per_second) for one in batteries]).T
+    charge, per_metre, per_second = numbers[..., np.newaxis]
+    metres = ways + demands[:, 0]
+    left: Array = charge - (per_metre * metres + per_second * (metres / SPEED + demands[:, 1]))
+    return left
 
 
 def cheapest(costs: Array) -> list[tuple[int, int]]:
@@ -147,10 +176,13 @@ def assign(
     rows = {robot.robot: row for row, robot in enumerate(robots)}
     kept = [(rows[task.robot], column) for column, task in enumerate(chosen) if task.robot in rows]
     kept = [pair for pair in kept if math.isfinite(costs[pair])]
-    best, usual = cheapest(costs), _beside(costs, kept)
-    changed = len(set(kept) - set(best))
-    pays = len(best) > len(usual) or _sum(costs, usual) - _sum(costs, best) >= MARGIN * changed
-    return {chosen[column].id: robots[row].robot for row, column in (best if pays else usual)}
+    pairs = cheapest(costs)
+    changed = len(set(kept) - set(pairs))
+    if changed:
+        usual = _beside(costs, kept)
+        pays = len(pairs) > len(usual) or _sum(costs, usual) - _sum(costs, pairs) >= MARGIN * changed
+        pairs = pairs if pays else usual
+    return {chosen[column].id: robots[row].robot for row, column in pairs}
 
 
 def _most_worth(tasks: Sequence[Task], now: float) -> list[Task]:

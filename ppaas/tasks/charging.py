@@ -3,14 +3,17 @@
 Trips to chargers and spots are tasks with a ``trip``: they are stored, and go on after a restart.
 """
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from msgspec.structs import replace
 
 from ppaas.energy.sites import Sites
 from ppaas.tasks.assignment import may_do
 from ppaas.tasks.floors import bare, floor_of
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import RobotNow
-from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, lasts, least_cost, straight, way_home
+from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, demand_of, lasts, straight, way_home
 from ppaas.tasks.records import MOST_PRIORITY, Place, Task, Trip
 
 LOW = 0.25
@@ -24,7 +27,8 @@ ALMOST_FULL = 0.85
 robot leaves its charger if others need it."""
 
 PATIENCE = 300.0
-"""Time for which a task has waited before a robot leaves its charger for it [s]."""
+"""Time for which a task has waited before a robot leaves its charger for it [s]. Until then, a robot that could do it
+stays: the task is given to one soon."""
 
 ENOUGH = 0.5
 """Charge from which a robot leaves its charger for a task that waits, if no other robot needs the charger."""
@@ -56,7 +60,13 @@ def must_charge(robot: RobotNow, task: Task | None, sites: Sites) -> bool:
 
 
 def trips(
-    robots: Mapping[str, RobotNow], task_of: Mapping[str, Task], sites: Sites, now: float, *, tasks_wait: bool
+    robots: Mapping[str, RobotNow],
+    task_of: Mapping[str, Task],
+    sites: Sites,
+    waiting: Sequence[Task],
+    now: float,
+    *,
+    shuns: Callable[[str, Place, float], bool] = lambda _robot, _charger, _now: False,
 ) -> list[tuple[str, Task]]:
     """Return the trips to chargers and parking spots that robots begin now, by robot.
 
@@ -67,29 +77,43 @@ def trips(
     task_of : mapping of str to Task
         Their tasks.
     sites : Sites
+    waiting : sequence of Task
+        Tasks that wait for robots.
     now : float
         Time [s since the epoch].
-    tasks_wait : bool
-        Whether tasks wait for robots.
+    shuns : callable
+        Returns whether a robot does not go to a charger or a spot at a time, since that failed it.
     """
     charge = {name: _charge(robot) for name, robot in robots.items()}
     needy = {name for name, robot in robots.items() if must_charge(robot, task_of.get(name), sites)}
     idle = [name for name, robot in robots.items() if name not in needy and _is_idle(robot, task_of.get(name))]
-    limit = ALMOST_FULL if tasks_wait else OPPORTUNE
     wish = sorted(needy, key=lambda name: (charge[name], name))
-    wish += sorted((name for name in idle if charge[name] < limit), key=lambda name: (charge[name], name))
+    soon = [task for task in waiting if now - task.may_start < PATIENCE]
+    limit = ALMOST_FULL if waiting else OPPORTUNE
+    spare = [
+        name
+        for name in idle
+        if charge[name] < limit and not any(_can_do(task, name, robots[name], sites) for task in soon)
+    ]
+    wish += sorted(spare, key=lambda name: (charge[name], name))
     taken = [task.target for task in task_of.values() if task.trip == "charge"]
-    charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken], sites)
+    free = [place for place in sites.chargers.values() if place not in taken]
+
+    def shunned(name: str, place: Place) -> bool:
+        return shuns(name, place, now)
+
+    charging = _matched(wish, robots, free, sites, shunned)
     gone = {name for name, _ in charging}
     stay = [name for name in idle if name not in gone and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
-    parking = _matched(sorted(away), robots, spots, sites)
+    parking = _matched(sorted(away), robots, spots, sites, shunned)
     given: list[tuple[Trip, list[tuple[str, Place]]]] = [("charge", charging), ("park", parking)]
     return [
-        (name, _trip(trip, (robots[name].place or place, place), name, now, number))
+        (name, replace(_trip(trip, (robots[name].place or place, place), name, now, number), dock=dock))
         for trip, found in given
         for number, (name, place) in enumerate(found)
+        for dock in ("" if trip == "park" else sites.dock_at(place),)
     ]
 
 
@@ -122,24 +146,22 @@ def leavers(
 
 
 def _can_do(task: Task, name: str, robot: RobotNow, sites: Sites) -> bool:
-    assert robot.place is not None, "it is at its charger"
+    assert robot.place is not None, "robots that charge or have nothing to do know their place"
     way = DETOUR * straight(robot.place, task.target)
-    return may_do(task, name, robot.labels, robot.place) and lasts(task, way, robot.battery, sites)
+    return may_do(task, name, robot.labels, robot.place) and lasts(demand_of(task, sites), way, robot.battery)
 
 
 def reach_reason(task: Task, robots: Mapping[str, RobotNow], sites: Sites) -> str:
     """Return the reason of a task that waits, which says so if no battery of a robot for it lasts."""
-    able = [
-        robot.battery
-        for name, robot in robots.items()
-        if robot.battery is not None and may_do(task, name, robot.labels, robot.place)
-    ]
-    if not able or not sites.chargers:
+    if not sites.chargers:
         return task.reason
-    least = min(least_cost(task, battery, sites) for battery in able)
-    if least > 1.0 - RESERVE:
-        return f"{_TOO_FAR} {100.0 * least:.0f} % of one, with the way to a charger"
-    return other_reason(task)
+    demand, way, least = demand_of(task, sites), way_home(task.target, sites), math.inf
+    for name, robot in robots.items():
+        if robot.battery is not None and may_do(task, name, robot.labels, robot.place):
+            least = min(least, demand.charge(way, robot.battery))
+            if least <= 1.0 - RESERVE:
+                return other_reason(task)
+    return task.reason if math.isinf(least) else f"{_TOO_FAR} {100.0 * least:.0f} % of one, with the way to a charger"
 
 
 def other_reason(task: Task) -> str:
@@ -173,15 +195,16 @@ def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str
 
 
 def _matched(
-    names: list[str], robots: Mapping[str, RobotNow], places: list[Place], sites: Sites
-) -> list[tuple[str, Place]]:
+    names: list[str], robots: Mapping[str, RobotNow], places: list[Place], sites: Sites,
+    shuns: Callable[[str, Place], bool],
+) -> list[tuple[str, Place]]:  # fmt: skip
     """Return the nearest place of each robot, to which it gets, that is left by those before it."""
     found, left = [], list(places)
     for name in names:
         place = robots[name].place
         if place is None:
             continue
-        near = [spot for spot in left if sites.leads(floor_of(place), floor_of(spot))]
+        near = [spot for spot in left if sites.leads(floor_of(place), floor_of(spot)) and not shuns(name, spot)]
         if near:
             nearest = min(near, key=lambda spot: straight(place, spot))
             left.remove(nearest)

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
+from ppaas.tasks.chargers import ChargerWatch
 from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask, carries
 from ppaas.tasks.reach import remaining, straight
@@ -60,6 +61,7 @@ class Dispatcher:
         self._robots: dict[str, RobotNow] = {}
         self._seen: dict[str, float] = {}
         self._rests_until: dict[str, float] = {}
+        self._chargers = ChargerWatch()
         for task in tasks:
             self.add(task, now)
 
@@ -165,6 +167,8 @@ class Dispatcher:
             Returns the length of the way between two places [m].
         """
         orders = self._end_hopeless(now) + self._leave_chargers(now)
+        for task, problem in self._chargers.stalled(self._tasks_of(), self._robots, now):
+            orders += self._failed(task, problem, now) if problem else self._end(task, "done", "", now)
         free, tasks = self.candidates(now), self.undecided(now)
         if free and tasks:
             found = assign(free, tasks, distance, now, self.sites)
@@ -197,20 +201,18 @@ class Dispatcher:
     def candidates(self, now: float) -> list[TaskRobot]:
         """Return the robots that may begin a task now, or after the one that they keep."""
         found = []
-        for name, robot in sorted(self._robots.items()):
-            if robot.place is None or robot.is_led or now < self._rests_until.get(name, now):
-                continue
-            task = self._task(name)
-            if task is None or (task.state == "assigned" and task.trip != "charge"):
-                found.append(TaskRobot(name, robot.place, 0.0, robot.labels, robot.battery))
-            elif task.trip != "charge":
-                left = remaining(task, robot.place)
+        for name, place in sorted(self._available(now).items()):
+            robot, task = self._robots[name], self._task(name)
+            if task is None or task.state == "assigned":
+                found.append(TaskRobot(name, place, 0.0, robot.labels, robot.battery))
+            else:
+                left = remaining(task, place)
                 found.append(TaskRobot(name, task.stops[-1], left, robot.labels, robot.battery))
         return found
 
     def undecided(self, now: float) -> list[Task]:
         """Return the tasks that a robot may get now: those without a robot, and those that theirs has not begun."""
-        free = {candidate.robot for candidate in self.candidates(now)}
+        free = self._available(now)
         return [
             task
             for task in self._tasks.values()
@@ -218,6 +220,17 @@ class Dispatcher:
         ]
 
     # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _available(self, now: float) -> dict[str, Place]:
+        """Return where the robots are that may begin a task now, or after the one that they keep."""
+        return {
+            name: robot.place
+            for name, robot in self._robots.items()
+            if robot.place is not None
+            and not robot.is_led
+            and now >= self._rests_until.get(name, now)
+            and ((task := self._task(name)) is None or task.trip != "charge")
+        }
 
     def _may_begin(self, task: Task, now: float) -> bool:
         return now >= task.may_start and verdict(task, self._ended, self._tasks)[0] == "ready"
@@ -254,8 +267,8 @@ class Dispatcher:
         for task in waiting:
             reason = reach_reason(task, self._robots, self.sites)
             orders += [] if reason == task.reason else self._store(replace(task, reason=reason))
-        robots = {name: robot for name, robot in self._robots.items() if now >= self._rests_until.get(name, now)}
-        for robot, trip in trips(robots, self._tasks_of(), self.sites, now, tasks_wait=bool(waiting)):
+        shuns = self._chargers.shuns
+        for robot, trip in trips(self._robots, self._tasks_of(), self.sites, waiting, now, shuns=shuns):
             before = self._task(robot)
             if before is not None and before.trip == "park":
                 orders += self._end(before, "cancelled", "its robot charges", now)
@@ -350,6 +363,9 @@ class Dispatcher:
         """Give a task back, unless it cannot be done by another robot or has failed too often."""
         failures = task.failures + 1
         task = replace(task, failures=failures)
+        if task.trip:
+            self._chargers.fail(task.robot, task.target, now)
+            return self._end(task, "failed", reason, now)
         if task.is_loaded:
             return self._end(task, "failed", carries(reason), now)
         if failures >= MOST_FAILURES:
@@ -380,12 +396,12 @@ class Dispatcher:
         return [StoreTask(task)]
 
     def _send(self, task: Task) -> Order:
-        return Send(task.robot, task.goal_id, task.target, bool(task.floors))
+        return Send(task.robot, task.goal_id, task.target, task.dock, bool(task.floors))
 
 
 def _unless(robot: str, busy: set[str]) -> str:
     return "" if robot in busy else robot
 
 
-def _may_move(task: Task, free: set[str]) -> bool:
+def _may_move(task: Task, free: Container[str]) -> bool:
     return task.state == "assigned" and task.robot in free

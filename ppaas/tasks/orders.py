@@ -46,13 +46,15 @@ class StoreTask:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again.
+    """Send a robot to a place, or to dock there. A goal whose id it knows is the same goal, sent again.
 
     Parameters
     ----------
     robot, goal_id : str
     place : Place
         Where to, with its floor.
+    dock : str
+        Dock at which it docks; empty if it only drives there.
     over_floors : bool
         Whether the task names floors, so that lifts and doors are taken on the way.
     """
@@ -60,6 +62,7 @@ class Send:
     robot: str
     goal_id: str
     place: Place
+    dock: str = ""
     over_floors: bool = False
 
 

@@ -1,6 +1,7 @@
 """Reach of robots: the charge that a task takes, with the way back to a charger."""
 
 import math
+from typing import NamedTuple
 
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
@@ -35,31 +36,35 @@ def way_home(place: Place, sites: Sites) -> float:
     return DETOUR * min((straight(place, charger) for charger in near), default=0.0)
 
 
-def cost_of(task: Task, way: float, battery: Battery, sites: Sites) -> float:
-    """Return the charge that a task takes from a robot, with the way to it [m] and the way to a charger afterwards.
+class Demand(NamedTuple):
+    """What a task takes of a robot after the way to it, with the way to a charger: ways [m] and rests [s]."""
 
-    Of a patrol one round counts: it is given back before the charge runs out.
-    """
+    metres: float
+    rests: float
+
+    def charge(self, way: float, battery: Battery) -> float:
+        """Return the charge that it takes, with the way to it [m]."""
+        metres = way + self.metres
+        return battery.cost(metres, metres / SPEED + self.rests)
+
+
+def demand_of(task: Task, sites: Sites) -> Demand:
+    """Return what a task takes of a robot. Of a patrol one round counts: the robot gives it back in time."""
     number = len(task.places)
     legs = range(task.leg, task.leg + min(task.legs - task.leg, number))
     places = [task.stops[leg % number] for leg in legs]
-    metres = way + DETOUR * sum(map(straight, places, places[1:])) + way_home(places[-1], sites)
+    metres = DETOUR * sum(map(straight, places, places[1:])) + way_home(places[-1], sites)
     holds = [task.holds[leg % number] for leg in legs] if task.holds else []
-    waits = sum(CONFIRMED_AFTER if hold.seconds is None else hold.seconds for hold in holds if hold is not None)
-    return battery.cost(metres, metres / SPEED + waits)
+    rests = sum(CONFIRMED_AFTER if hold.seconds is None else hold.seconds for hold in holds if hold is not None)
+    return Demand(metres, rests)
 
 
-def lasts(task: Task, way: float, battery: Battery | None, sites: Sites) -> bool:
+def lasts(demand: Demand, way: float, battery: Battery | None) -> bool:
     """Return whether a robot has the charge to drive a way [m], to do a task, and to get to a charger.
 
-    One whose battery is not known has, and so has any on a map without chargers.
+    One whose battery is not known has.
     """
-    return battery is None or not sites.chargers or battery.charge - cost_of(task, way, battery, sites) >= RESERVE
-
-
-def least_cost(task: Task, battery: Battery, sites: Sites) -> float:
-    """Return the charge that a task takes from a robot that begins at the nearest charger."""
-    return cost_of(task, way_home(task.target, sites), battery, sites)
+    return battery is None or battery.charge - demand.charge(way, battery) >= RESERVE
 
 
 def remaining(task: Task, place: Place) -> float:

@@ -89,6 +89,8 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         Id of the first run; empty for the first one itself.
     trip : Trip, optional
         What its robot goes for; None for a task of a user.
+    dock : str
+        Dock at which its robot docks; empty if it only drives to its places.
     state : TaskState
     robot : str
         Robot that does it, or that ended it; empty while it is queued.
@@ -130,6 +132,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     run: int = 1
     series: str = ""
     trip: Trip | None = None
+    dock: str = ""
     state: TaskState = "queued"
     robot: str = ""
     leg: int = 0

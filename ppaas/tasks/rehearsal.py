@@ -40,6 +40,7 @@ class _Driver:
     labels: Mapping[str, str]
     battery: Battery | None = None
     known_at: float = 0.0
+    charging: bool = False
     goal: str = ""
     target: Place = (0.0, 0.0, 0.0)
     left_at: float = 0.0
@@ -47,14 +48,14 @@ class _Driver:
     arrives: float = math.inf
     outcome: Outcome = "succeeded"
 
-    def use(self, now: float, *, charging: bool) -> None:
+    def use(self, now: float) -> None:
         """Spend or gain the charge of the time since the last call; an empty battery stops the robot for good."""
         seconds, self.known_at = now - self.known_at, now
         if self.battery is None or seconds <= 0.0:
             return
         metres = self.length * seconds / (self.arrives - self.left_at) if self.is_driving and self.length else 0.0
-        left = self.battery.charge + self.battery.gain * seconds if charging else self.battery.after(metres, seconds)
-        self.battery = replace_battery(self.battery, charge=min(1.0, max(0.0, left)))
+        gained = self.battery.gain * seconds if self.charging else -self.battery.cost(metres, seconds)
+        self.battery = replace_battery(self.battery, charge=min(1.0, max(0.0, self.battery.charge + gained)))
 
     def share(self, now: float) -> float:
         """Return which part of its way it has driven."""
@@ -85,6 +86,7 @@ class _Driver:
 
     def drive(self, goal: str, target: Place, length: float, now: float) -> None:
         """Leave for a place, or find that no way leads there."""
+        self.use(now)
         self.start, self.ways = self.place(now), self.ways_now(now)
         self.goal, self.target, self.left_at, self.length = goal, target, now, length
         self.outcome = "succeeded" if math.isfinite(length) else "aborted"
@@ -92,11 +94,13 @@ class _Driver:
 
     def stop(self, now: float) -> None:
         """Stop where it is."""
+        self.use(now)
         self.start, self.ways = self.place(now), self.ways_now(now)
         self.goal, self.arrives = "", math.inf
 
-    def arrive(self) -> None:
+    def arrive(self, now: float) -> None:
         """Be where it was sent, unless no way leads there."""
+        self.use(now)
         if self.outcome == "succeeded":
             self.start, self.ways = self.target, ((self.target, 0.0),)
         self.goal, self.arrives = "", math.inf
@@ -153,13 +157,15 @@ class Rehearsal:
             for name, robot in robots.items()
             if robot.place is not None and not robot.is_led
         }
+        for task in self._dispatcher.tasks.values():
+            self._note_charging(task)
         self._rests: list[float] = []
         self._ways: dict[Place, Ways] = {}
 
     @property
     def stranded(self) -> list[str]:
         """Robots whose batteries are empty."""
-        return [name for name, driver in self._drivers.items() if driver.battery and driver.battery.charge <= 0.0]
+        return [name for name, battery in self.batteries.items() if battery is not None and battery.charge <= 0.0]
 
     @property
     def open_tasks(self) -> list[Task]:
@@ -169,6 +175,8 @@ class Rehearsal:
     @property
     def batteries(self) -> dict[str, Battery | None]:
         """Batteries of the robots."""
+        for driver in self._drivers.values():
+            driver.use(self.now)
         return {name: driver.battery for name, driver in self._drivers.items()}
 
     def add(self, task: Task) -> None:
@@ -190,14 +198,9 @@ class Rehearsal:
 
     def _step(self) -> None:
         now, dispatcher = self.now, self._dispatcher
-        charging = {
-            task.robot for task in dispatcher.tasks.values() if task.trip == "charge" and task.holding is not None
-        }
-        for name, driver in self._drivers.items():
-            driver.use(now, charging=name in charging)
-        places = {name: driver.place(now) for name, driver in self._drivers.items()}
-        self._ways = {places[name]: driver.ways_now(now) for name, driver in self._drivers.items()}
-        self._obey(dispatcher.see({name: self._seen(name, places[name]) for name in places}, now))
+        decides = now - self._decided_at >= self._period
+        if decides:
+            self._look(now)
         for name, driver in self._drivers.items():
             if driver.goal and driver.arrives <= now:
                 self._has_news = True
@@ -206,9 +209,17 @@ class Rehearsal:
             if task.needs_confirmation and now >= (task.holding or 0.0) + self._confirmed_after:
                 dispatcher.confirm(replace(task, confirmed=task.leg))
         self._obey(dispatcher.release(now))
-        if now - self._decided_at >= self._period:
+        if decides:
             self._decided_at, self._has_news = now, False
             self._obey(dispatcher.decide(now, self._way))
+
+    def _look(self, now: float) -> None:
+        """Report the robots to the dispatcher."""
+        for driver in self._drivers.values():
+            driver.use(now)
+        places = {name: driver.place(now) for name, driver in self._drivers.items()}
+        self._ways = {places[name]: driver.ways_now(now) for name, driver in self._drivers.items()}
+        self._obey(self._dispatcher.see({name: self._seen(name, places[name]) for name in places}, now))
 
     def _seen(self, name: str, place: Place) -> RobotNow:
         driver = self._drivers[name]
@@ -216,7 +227,7 @@ class Rehearsal:
 
     def _ended(self, driver: _Driver) -> tuple[str, Outcome, str]:
         goal, outcome = driver.goal, driver.outcome
-        driver.arrive()
+        driver.arrive(self.now)
         if outcome == "succeeded":
             return goal, outcome, ""
         self._rests.append(self.now + REST)
@@ -232,12 +243,19 @@ class Rehearsal:
             match order:
                 case StoreTask():
                     self.tasks[order.task.id] = order.task
+                    self._note_charging(order.task)
                 case Send():
                     self._send(order)
                 case Cancel():
                     driver = self._drivers.get(order.robot)
                     if driver is not None and driver.goal == order.goal_id:
                         driver.stop(self.now)
+
+    def _note_charging(self, task: Task) -> None:
+        driver = self._drivers.get(task.robot)
+        if driver is not None and task.trip == "charge":
+            driver.use(self.now)
+            driver.charging = task.is_open and task.holding is not None
 
     def _send(self, order: Send) -> None:
         driver = self._drivers.get(order.robot)

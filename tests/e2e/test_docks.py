@@ -1,8 +1,12 @@
-"""Docks in a real cloud: a robot docks until it is charged, also if its container is killed meanwhile, and undocks."""
+"""Docks in a real cloud: a robot docks until it is charged, also if its container is killed meanwhile, and undocks.
+
+A robot with little charge does so by itself: it leaves a charger that lies for the next one, which somebody moved.
+"""
 
 import asyncio
 import os
 import signal
+from typing import Any
 
 import pytest
 
@@ -16,9 +20,10 @@ from ppaas.zones.shapes import Point
 from ppaas.zones.zone import Dock, Zone, ZoneSet
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
+from robots.sim.docks.charger import Charger, ChargerFault
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.docked_robot import docked_scene
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.planar_world import walled_map
 
 pytestmark = pytest.mark.journey
@@ -104,3 +109,37 @@ def width_of(outline: PolygonStamped) -> float:
     """Return the extent of an outline along x [m]."""
     across = [point.x for point in outline.polygon.points]
     return max(across) - min(across)
+
+
+async def test_a_robot_with_little_charge_leaves_a_charger_that_lies_and_docks_at_one_that_was_moved(
+    cloud: RunningCloud,
+) -> None:
+    rest, liar, moved = await cloud.admin(), Pose2D(4.2, 1.0, 0.0), Pose2D(4.2, 2.8, 0.0)
+    docks = [
+        Zone(Point([pose.x, pose.y]), Dock(name=name, yaw=pose.theta))
+        for name, pose in (("liar", liar), ("far", moved))
+    ]
+    await publish_map(rest, "shed", GARAGE)
+    zones = ZoneSet(docks)
+    await rest.put_zones("shed", geojson_of(zones))
+    file = RobotFile(map="shed", initial_pose=(START.x, START.y, START.theta), cores=0.5)
+    await rest.put_robot("te", file)
+    chargers = (Charger(liar, 0.2, fault=ChargerFault.LIAR), Charger(Pose2D(moved.x, moved.y + 0.2), 0.2))
+    tasks = "/v1/maps/shed/tasks"
+    async with docked_scene(
+        cloud.url, str(rest.token), "te", GARAGE, zones, file, chargers=chargers, charge=0.3
+    ) as scene:
+        await until(lambda: scene.parts.battery.flow > 1.0 and chargers[1].touches(scene.robot.base.pose), 150.0)
+
+        async def trips(state: str) -> list[dict[str, Any]]:
+            return [task for task in await rest.items(tasks) if task["trip"] == "charge" and task["state"] == state]
+
+        [failed] = await trips("failed")
+        assert "robot 'te': goal aborted" in failed["reason"]
+        async with patience(30.0):
+            while not (active := await trips("active")):
+                await asyncio.sleep(0.2)
+        await rest.post(tasks, {"kind": "go_to", "places": [[START.x, START.y]]})
+        await rest.delete(f"{tasks}/{active[0]['id']}")
+        await until(lambda: scene.robot.base.pose.distance_to(START) < 0.3)
+        assert scene.parts.battery.flow < 0.0

@@ -312,7 +312,9 @@ class Cloud:
         self._navigation, self._task_news = RobotNavigation(driver, self._goal_ended), TaskNews()
         people, traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._groups = people.places, traffic.places
-        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_goal_ended))
+        self._task_robots = TaskRobots(
+            driver, partial(NavigationClient, goal_ended=self._task_goal_ended), self._task_news.wake.set
+        )
         self.robots: RobotCalls = self._navigation
         self.maps: MapCalls = MapsInUse(driver, self._groups)
         self.people: PeopleCalls = people

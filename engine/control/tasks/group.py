@@ -20,7 +20,7 @@ from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.floors import floor_of, on_floor
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Task, pose_of
+from ppaas.tasks.records import Task
 from storage.ports import TaskStore
 from storage.records import MapTask
 
@@ -268,8 +268,7 @@ class TaskGroup:
         return {robot: at for robot, at in lost.items() if at is not None}
 
     def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
-        client = self._robots.client(self.area.user, robot)
-        for goal in [*([] if client is None else client.goals()), *self._on_floors(robot)]:
+        for goal in (*self._robots.goals(self.area.user, robot), *self._on_floors(robot)):
             if goal.state == "pending" or goal.state == "active":  # noqa: PLR1714 - mypy narrows no sets
                 continue
             orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)
@@ -278,7 +277,15 @@ class TaskGroup:
         return []
 
     def _on_floors(self, robot: str) -> Sequence[RobotGoal]:
-        return [] if self._trips is None else self._trips.goals(robot)
+        """Return the goals on floors of a robot, but for one after which it docks."""
+        if self._trips is None:
+            return []
+        order = self._trips.docking.get(robot)
+        goals = self._trips.goals(robot)
+        if order is not None and any((goal.id, goal.state) == (order.goal_id, "succeeded") for goal in goals):
+            self._robots.send(self.area.user, robot, order)
+            return [goal for goal in goals if goal.id != order.goal_id]
+        return goals
 
     async def _obey(self, orders: list[Order]) -> None:
         for order in orders:
@@ -312,21 +319,24 @@ class TaskGroup:
             self._store.put_task(_as_stored(record))
 
     async def _send(self, order: Send) -> None:
-        client, floor = self._robots.client(self.area.user, order.robot), floor_of(order.place)
-        if client is None:
+        floor = floor_of(order.place)
+        if self._robots.client(self.area.user, order.robot) is None:
             return  # it is sent once the robot is there
         try:
             if self._trips is not None and not await self._trips.make_way(order):
                 return  # it is sent once the robot is out of the lift
             if self._trips is not None and (order.over_floors or self._floors.get(order.robot, floor) != floor):
-                await self._trips.send(order)
+                if self._robots.leaves_dock(self.area.user, order.robot, order.goal_id):
+                    self._trips.waiting[order.robot] = order
+                else:
+                    await self._trips.send(order)
             else:
-                client.send(pose_of(order.place), order.goal_id)
+                self._robots.send(self.area.user, order.robot, order)
         except PPaaSError as error:
             raise Conflict(f"goal {order.goal_id!r} of robot {order.robot!r} is sent again: {error}") from error
 
     async def _send_waiting(self, dispatcher: Dispatcher) -> None:
-        """Send the robots that have left a lift meanwhile to the goals that waited for that."""
+        """Send the robots that have left a lift or a dock meanwhile to the goals that waited for that."""
         wanted = {task.goal_id for task in dispatcher.tasks.values()}
         for order in [] if self._trips is None else tuple(self._trips.waiting.values()):
             if order.goal_id in wanted:

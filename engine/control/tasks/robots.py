@@ -2,8 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Literal, Protocol
 
+from engine.control.tasks.docking import DockingClient
 from engine.links.place_link import PlaceLink
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
@@ -11,9 +13,9 @@ from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, monotonic
 from ppaas.energy.battery import Battery, BatteryEstimator
 from ppaas.geometry import Pose2D
-from ppaas.tasks.orders import Outcome, RobotNow
+from ppaas.tasks.orders import Outcome, RobotNow, Send
 from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Place
+from ppaas.tasks.records import Place, pose_of
 from storage.names import Group
 
 
@@ -112,17 +114,26 @@ class TaskRobots:
         Places of the robots.
     join : callable
         Returns a new client of a place.
+    docked : callable
+        Called once a robot has docked or undocked, or has failed to.
     monotonic : callable
         Returns monotonic time [s].
     """
 
     def __init__(
-        self, places: OpenPlaces, join: Callable[[PlaceLink], Navigator], *, monotonic: Clock = monotonic
+        self,
+        places: OpenPlaces,
+        join: Callable[[PlaceLink], Navigator],
+        docked: Callable[[], None] = lambda: None,
+        *,
+        monotonic: Clock = monotonic,
     ) -> None:
         self._places = places
         self._join = join
         self._keys: set[str] = set()
+        self._docked = docked
         self._clients: dict[str, Navigator] = {}
+        self._docks: dict[str, DockingClient] = {}
         self._monotonic = monotonic
         self._batteries: dict[str, _BatteryWatch] = {}
         self._confirmations: dict[str, int] = {}
@@ -171,6 +182,7 @@ class TaskRobots:
             return False
         self._leave(key)
         self._clients[key] = self._join(place)
+        self._docks[key] = DockingClient(place, self._docked, monotonic=self._monotonic)
         return True
 
     def follow_only(self, groups: set[Group]) -> None:
@@ -184,6 +196,46 @@ class TaskRobots:
         """Return the client of a robot that is followed."""
         return self._clients.get(robot_key(user, robot))
 
+    def send(self, user: str, robot: str, order: Send) -> None:
+        """Send a robot that is followed to a place or a dock; one that stands at a dock undocks first.
+
+        Raises
+        ------
+        PPaaSError
+            Too much is sent to its clone.
+        """
+        key, pose = robot_key(user, robot), pose_of(order.place)
+        client, docks = self._clients.get(key), self._docks.get(key)
+        if client is None or docks is None:
+            return  # it is sent once the robot is there
+        go: Callable[[], object] = partial(client.send, pose, order.goal_id)
+        if order.dock and docks.can_dock:
+            go = partial(docks.dock, order.goal_id, order.dock)
+        if docks.is_docked and not docks.stands_at(order.dock):
+            docks.undock(order.goal_id, go)
+        else:
+            go()
+
+    def leaves_dock(self, user: str, robot: str, goal_id: str) -> bool:
+        """Return whether a robot stands at a dock; it undocks then, for a goal to be sent afterwards."""
+        docks = self._docks.get(robot_key(user, robot))
+        if docks is None or not docks.is_docked:
+            return False
+        docks.undock(goal_id, lambda: None)
+        return True
+
+    def cancel(self, user: str, robot: str, goal_id: str) -> None:
+        """Cancel a goal of a robot, if it is followed."""
+        key = robot_key(user, robot)
+        if key in self._clients:
+            self._docks[key].cancel(goal_id)
+            self._clients[key].cancel_any(goal_id)
+
+    def goals(self, user: str, robot: str) -> Sequence[RobotGoal]:
+        """Return the goals that were sent to a robot; none if it is not followed."""
+        key = robot_key(user, robot)
+        return [*self._docks[key].goals(), *self._clients[key].goals()] if key in self._clients else []
+
     def now(self, user: str, robot: str, labels: Mapping[str, str], *, charging: bool = False) -> RobotNow:
         """Return what is known of a robot that is followed; its place only while it is renewed and its goals known."""
         key = robot_key(user, robot)
@@ -193,7 +245,7 @@ class TaskRobots:
         place = client.place_now
         watch = self._batteries.setdefault(key, _BatteryWatch())
         battery = watch.see(client.place.beat.report.battery, place, self._monotonic(), charging=charging)
-        return RobotNow(place, labels, client.followed, battery)
+        return RobotNow(place, labels, client.followed | self._docks[key].followed, battery)
 
     def is_confirmed(self, user: str, robot: str) -> bool:
         """Return whether somebody at a robot has confirmed its task since the last call, by its button."""
@@ -207,3 +259,4 @@ class TaskRobots:
         client = self._clients.pop(key, None)
         if client is not None:
             client.leave()
+            self._docks.pop(key).leave()

@@ -32,6 +32,9 @@ PAUSE = 0.05
 SEARCH = 300.0
 """Time between two searches for users and maps with tasks without a notice that they were changed [s]."""
 
+LOOK = 10.0
+"""Time between two looks for robots on maps with chargers for which there were no tasks [s]."""
+
 LABELS = 30.0
 """Time after which the labels of robots are read again [s]."""
 
@@ -111,7 +114,7 @@ class TaskRunner:
         self._maps: dict[Group, TaskMap] = {}
         self._groups: dict[TaskArea, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
-        self._searched_at = float("-inf")
+        self._searched_at = self._looked_at = float("-inf")
 
     def keep_for(self, seconds: float) -> None:
         """Keep tasks for another time after their end [s]."""
@@ -140,6 +143,9 @@ class TaskRunner:
             self._news.groups.update(await asyncio.to_thread(self._store.task_groups))
             self._searched_at = now
             self._robots.forget_closed()
+        if now - self._looked_at >= LOOK:
+            self._looked_at = now
+            await self._find_chargers()
         await self._note_news(now)
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
         if not self._groups:
@@ -167,6 +173,14 @@ class TaskRunner:
 
     def _area_of(self, group: Group) -> TaskArea:
         return area_in(None, group) if self._areas is None else self._areas.of(group)
+
+    async def _find_chargers(self) -> None:
+        """Lead robots also where there were no tasks, if their map has chargers."""
+        connected, led = self._robots.connected(), {group for area in self._groups for group in area.groups}
+        self._maps = {key: known for key, known in self._maps.items() if key in connected or key in led}
+        for key in connected.keys() - led:
+            if (await self._map_of(key, connected)).sites.chargers:
+                self._news.groups.add(key)
 
     def open_tasks(self) -> Counter[TaskState]:
         """Return the numbers of tasks that have not ended, by state, as this process knows them."""

@@ -51,7 +51,8 @@ def sites_on_floors(maps: Mapping[str, TaskMap]) -> Sites:
         return maps[""].sites
     chargers = {(floor, name): place for floor, on in maps.items() for name, place in on.sites.chargers.items()}
     parking = {(floor, name): place for floor, on in maps.items() for name, place in on.sites.parking.items()}
-    return Sites(_named(chargers), _named(parking), {floor: _linked(floor, maps) for floor in maps})
+    docks = {f"{floor}/{name}": dock for floor, on in maps.items() for name, dock in on.sites.docks.items()}
+    return Sites(_named(chargers), _named(parking), docks, {floor: _linked(floor, maps) for floor in maps})
 
 
 def _linked(floor: str, maps: Mapping[str, TaskMap]) -> set[str]:

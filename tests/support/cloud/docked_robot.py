@@ -17,11 +17,12 @@ from ppaas.messages.nav2_servers import (
     UndockRobotResult,
 )
 from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
-from ppaas.zones.zone import ZoneSet
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 from robots.client.action_client import ActionClient
 from robots.client.move_base import MoveBaseClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
+from robots.sim.docks.charger import Charger
 from robots.sim.docks.fitting import DockingParts, DocksOfWorld, fit_docks
 from robots.sim.driver import Driver
 from robots.sim.robot import SimulatedRobot
@@ -65,13 +66,29 @@ class DockedScene:
 
 @asynccontextmanager
 async def docked_scene(
-    url: str, token: str, robot_id: str, grid: GridMap, zones: ZoneSet, file: RobotFile
+    url: str,
+    token: str,
+    robot_id: str,
+    grid: GridMap,
+    zones: ZoneSet,
+    file: RobotFile,
+    *,
+    chargers: tuple[Charger, ...] = (),
+    charge: float = 0.8,
 ) -> AsyncIterator[DockedScene]:
-    """Simulate a robot in a world with a charger or a shelf at each dock, and connect it to a cloud."""
+    """Simulate a robot in a world with a charger or a shelf at each dock, and connect it to a cloud.
+
+    Chargers that are given stand instead of those at the docks. With more charge than 70 %, the cloud does not send the
+    robot to a charger by itself.
+    """
     world = World(grid)
-    docks = fit_docks(world, zones, file.parameters)
+    docks = fit_docks(world, NO_ZONES if chargers else zones, file.parameters)
+    if chargers:
+        docks = DocksOfWorld(world, chargers, docks.shelves)
+        for charger in chargers:
+            world.add_furniture(charger.body())
     simulated = world.add_robot(file.pose)
-    parts = docks.parts_of(simulated)
+    parts = docks.parts_of(simulated, charge=charge)
     async with (
         RobotClient(url, robot=robot_id, token=token) as robot,
         RobotClient(url, robot=robot_id, token=token, role="operator") as operator,

@@ -10,7 +10,7 @@ from ppaas.energy.sites import Sites
 from ppaas.tasks.charging import ALMOST_FULL, ENOUGH, FULL, LOW, OPPORTUNE, PATIENCE, must_charge
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Order, RobotNow, Send, StoreTask
-from ppaas.tasks.reach import RESERVE, cost_of, lasts, straight
+from ppaas.tasks.reach import RESERVE, demand_of, lasts, straight
 from ppaas.tasks.records import Place, Task
 from ppaas.tasks.rehearsal import Rehearsal
 
@@ -49,12 +49,12 @@ def arrive(dispatcher: Dispatcher, name: str, now: float) -> None:
 
 def test_a_task_costs_its_ways_the_way_home_and_its_waits() -> None:
     battery = Battery(1.0, per_metre=1e-3, per_second=1e-4)
-    there = cost_of(task("t", B, C, kind="pick_drop"), 50.0, battery, SITES)
+    there = demand_of(task("t", B, C, kind="pick_drop"), SITES).charge(50.0, battery)
     metres = 50.0 + 1.3 * (100.0 + math.hypot(200.0, 10.0))
     assert there == pytest.approx(1e-3 * metres + 1e-4 * metres / 0.5)
     endless = task("p", B, C, kind="patrol", rounds=1000)
-    assert cost_of(endless, 0.0, battery, SITES) < 1.0
-    assert lasts(task(), 1e9, None, SITES) and lasts(task(), 1e9, battery, Sites())
+    assert demand_of(endless, SITES).charge(0.0, battery) < 1.0
+    assert lasts(demand_of(task(), SITES), 1e9, None)
 
 
 def test_a_robot_gets_no_task_from_which_it_could_not_come_back() -> None:
@@ -64,6 +64,13 @@ def test_a_robot_gets_no_task_from_which_it_could_not_come_back() -> None:
     alone = led(task("t", C, B, kind="pick_drop"), weak=robot(0.45, B))
     alone.decide(0.0)
     assert alone.tasks["t"].state == "queued"
+
+
+def test_the_charge_limits_nobody_without_chargers_or_reports() -> None:
+    for sites, charge in ((Sites(), 0.01), (SITES, None)):
+        dispatcher = led(task("t", C), sites=sites, r=robot(charge))
+        dispatcher.decide(0.0)
+        assert dispatcher.tasks["t"].robot == "r"
 
 
 def test_a_task_for_which_no_battery_lasts_says_so_before_it_starts() -> None:
@@ -130,6 +137,15 @@ def test_robots_without_anything_to_do_charge_at_free_chargers() -> None:
     busy = led(task("t", A), r=robot(OPPORTUNE - 0.01))
     busy.decide(0.0)
     assert busy.tasks["t"].robot == "r"
+
+
+@pytest.mark.parametrize(("charge", "waited", "charges"), [(0.5, 0.0, False), (0.5, PATIENCE, True), (0.3, 0.0, True)])
+def test_a_robot_stays_for_a_task_that_it_could_do_soon(charge: float, waited: float, charges: bool) -> None:
+    near, other = (60.0, 0.0, 0.0), task("n", (60.0, 0.0, 0.0), state="active", robot="near", begun=0.0)
+    dispatcher = led(other, task("t", near), r=robot(charge, (-90.0, 0.0, 0.0)), near=robot(0.9, near))
+    orders = dispatcher.decide(waited)
+    assert dispatcher.tasks["t"].state == "queued", "the other robot is there sooner"
+    assert sent(orders) == ({"r": DOCK} if charges else {})
 
 
 def test_a_patrol_is_given_back_before_the_charge_runs_out_and_goes_on_later() -> None:

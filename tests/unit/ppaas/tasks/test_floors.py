@@ -6,8 +6,9 @@ from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
 from ppaas.errors import InvalidInput
 from ppaas.tasks.assignment import TaskRobot, may_do
+from ppaas.tasks.chargers import SHUNNED_FOR
 from ppaas.tasks.charging import trips
-from ppaas.tasks.dispatcher import REST, Dispatcher
+from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.floors import PlaceOnFloor, bare, floor_of, on_floor
 from ppaas.tasks.options import Repeat
 from ppaas.tasks.orders import RobotNow, Send, StoreTask
@@ -81,30 +82,31 @@ def test_a_robot_charges_at_the_nearest_place_on_floors_that_it_gets_to() -> Non
     both = {"L1": {"L1", "L2"}, "L2": {"L1", "L2"}}
     sites = Sites(chargers={"L1/a": down(B), "L2/b": up(far)}, linked=both)
     robots = {"r": RobotNow(up(A), battery=low), "s": RobotNow(down(A), battery=low)}
-    found = dict(trips(robots, {}, sites, 1.0, tasks_wait=False))
+    found = dict(trips(robots, {}, sites, [], 1.0))
     assert {name: (trip.target, trip.floors, trip.home) for name, trip in found.items()} == {
         "r": (up(far), (), "L2"), "s": (down(B), (), "L1"),
     }  # fmt: skip
     below = Sites(chargers={"L1/a": down(B)}, linked=both)
-    [(_, trip)] = trips({"r": robots["r"]}, {}, below, 1.0, tasks_wait=False)
+    [(_, trip)] = trips({"r": robots["r"]}, {}, below, [], 1.0)
     assert (trip.places, trip.floors, trip.home) == ((B,), ("L1",), "L1")
     assert type(trip.places[0]) is tuple
     assert way_home(up(A), below) == pytest.approx(DETOUR * (10.0 + RIDE))
     cut = Sites(chargers={"L1/a": down(B)}, linked={"L1": {"L1"}, "L2": {"L2"}})
-    assert trips({"r": robots["r"]}, {}, cut, 1.0, tasks_wait=False) == []
+    assert trips({"r": robots["r"]}, {}, cut, [], 1.0) == []
     assert (way_home(up(A), cut), way_home(down(A), cut)) == (0.0, pytest.approx(DETOUR * 10.0))
 
 
-def test_a_robot_whose_trip_has_failed_rests_before_the_next() -> None:
+@pytest.mark.parametrize("sites", [Sites(chargers={"a": B}), Sites(parking={"a": B})])
+def test_a_robot_whose_trip_has_failed_does_not_go_there_again_for_a_while(sites: Sites) -> None:
     dispatcher = Dispatcher([], 0.0)
-    dispatcher.sites = Sites(chargers={"a": B})
+    dispatcher.sites = sites
     seen = {"r": RobotNow(A, battery=Battery(0.3, 1e-4, 1e-6, 1e-3))}
     dispatcher.see(seen, 0.0)
     [goal] = [order.goal_id for order in dispatcher.decide(0.0) if isinstance(order, Send)]
     dispatcher.goal_ended("r", goal, "aborted", "no way", 1.0)
-    dispatcher.decide(2.0)
+    dispatcher.decide(SHUNNED_FOR)
     assert not dispatcher.tasks
-    assert [type(order) for order in dispatcher.decide(1.0 + REST)] == [StoreTask, Send]
+    assert [type(order) for order in dispatcher.decide(1.0 + SHUNNED_FOR)] == [StoreTask, Send]
 
 
 def test_a_rehearsal_leads_robots_over_floors() -> None:

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ppaas.energy.battery import Battery
+from ppaas.energy.sites import Sites
 from ppaas.tasks.options import After, PlaceHold, Repeat
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import SPEED, straight
@@ -87,3 +89,17 @@ def test_every_task_ends_and_takes_no_less_than_its_ways(pairs: list[tuple[Place
         assert one.ended - one.begun == pytest.approx(straight(*one.places) / SPEED)
     driven = sum(straight(*pair) for pair in pairs) / SPEED
     assert max(one.ended or 0.0 for one in found.values()) >= driven / len(starts) - 1e-6
+
+
+def test_a_robot_that_charges_at_the_beginning_goes_on() -> None:
+    sites, battery = Sites({"dock": A}), Battery(0.5, 1e-4, 1e-5, 1e-3)
+    trip = Task(
+        id="c", kind="go_to", places=(A,), holds=(PlaceHold(charge=0.95),), trip="charge", state="active", robot="r",
+        named_robot="r", holding=0.0, begun=0.0,
+    )  # fmt: skip
+    rehearsal = Rehearsal([trip], {"r": RobotNow(A, battery=battery)}, straight, 0.0, sites=sites)
+    rehearsal.run(200.0)
+    known = rehearsal.batteries["r"]
+    assert known is not None and known.charge == pytest.approx(0.7, abs=0.01)
+    rehearsal.run(600.0)
+    assert rehearsal.tasks["c"].state == "done"

@@ -14,7 +14,7 @@ from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
 from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, TaskGroup, obsolete
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.runner import TaskNews, TaskRunner
+from engine.control.tasks.runner import LOOK, TaskNews, TaskRunner
 from engine.control.tasks.task_maps import TaskMap, task_map_on
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key
@@ -26,6 +26,7 @@ from ppaas.energy.battery import SAMPLES
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
 from ppaas.planners.weights import NEUTRAL
 from ppaas.tasks.assignment import labels_of
 from ppaas.tasks.dispatcher import GONE_AFTER
@@ -459,15 +460,48 @@ async def test_robots_are_followed_only_while_there_are_tasks(hall: Hall) -> Non
     assert place.clients == 0
 
 
-async def test_robots_are_not_looked_at_while_there_are_no_tasks(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
-    hall.connect("r")
+async def test_robots_are_seldom_looked_at_while_there_are_no_tasks(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = hall.connect("r")
+    await hall.after()
     looked = Mock(wraps=hall.robots.connected)
     monkeypatch.setattr(hall.robots, "connected", looked)
-    await hall.after()
+    await hall.after(LOOK - 1.0)
     looked.assert_not_called()
-    hall.add("t", 5.0)
     await hall.after()
     looked.assert_called()
+    assert place.clients == 0
+    hall.add("t", 5.0)
+    await hall.after()
+    assert looked.call_count > 1
+
+
+async def test_robots_charge_before_the_first_task(hall: Hall) -> None:
+    task_map = partial(in_metres, sites=Sites({"c": (3.0, 0.0, 0.0)}))
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=task_map)
+    place = hall.connect("r")
+    report_battery(place, 0.2)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [trip] = [one.task for one in hall.store.tasks("ann", "house")]
+    assert (trip.trip, goals(place)) == ("charge", [(GOAL, trip.goal_id)])
+
+
+async def test_a_robot_that_somebody_else_docks_is_left_to_that(hall: Hall) -> None:
+    task_map = partial(in_metres, sites=Sites({"c": (3.0, 0.0, 0.0)}))
+    hall.runner = TaskRunner(hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=task_map)
+    place = hall.connect("r")
+    place.topics[DOCK_ROBOT.goal.name] = robot_link.TopicInfo(DOCK_ROBOT.goal.name, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    await hall.after()
+    for state, trips in ((Status.ACTIVE, 0), (Status.ABORTED, 1)):
+        tell(place, 0.0)
+        status = {"goal_id": {"id": "ours"}, "status": int(state)}
+        place.publish_json(DOCK_ROBOT.status.name, {"status_list": [status]})
+        await hall.after(5.0)
+        assert len(hall.store.tasks("ann", "house")) == trips
 
 
 def ended(name: str, at: float) -> Task:
@@ -591,3 +625,62 @@ async def test_another_time_holds_for_all_ended_tasks(hall: Hall) -> None:
     await hall.news.changed("ann", "house")
     await hall.after(2.0)
     assert [record.task.id for record in hall.store.tasks("ann", "house")] == ["t2"]
+
+
+async def test_robots_dock_at_docks_and_undock_before_their_next_task(hall: Hall) -> None:
+    sites = Sites({"a": (3.0, 0.0, 0.0)}, docks={"a": "a"})
+    hall.runner = TaskRunner(
+        hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=partial(in_metres, sites=sites)
+    )
+    place = hall.connect("r")
+    for topic in (DOCK_ROBOT.goal.name, UNDOCK_ROBOT.goal.name):
+        place.topics[topic] = robot_link.TopicInfo(topic, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    hall.add("done", 5.0, state="done", ended=hall.clock())
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [trip] = [one.task for one in hall.store.tasks("ann", "house") if one.task.trip]
+    [(topic, message)] = delivered(place)
+    assert (topic, message["goal_id"]["id"], message["goal"]["dock_id"]) == (DOCK_ROBOT.goal.name, trip.goal_id, "a")
+    status = {"goal_id": {"id": trip.goal_id}, "status": int(Status.SUCCEEDED), "text": ""}
+    place.publish_json(DOCK_ROBOT.result.name, {"status": status})
+    await hall.after()
+    assert hall.task(trip.id).holding == hall.clock()
+    for _ in range(SAMPLES):
+        tell(place, 3.0)
+        place.say(robot_link.ContainerBeat(busy=False, report=StateReport(battery=0.97, docked="docked at dock 'a'")))
+        await hall.after()
+    assert hall.task(trip.id).state == "done"
+    hall.add("t", 5.0)
+    await hall.after()
+    assert [topic for topic, _ in delivered(place)] == [UNDOCK_ROBOT.goal.name]
+    place.publish_json(UNDOCK_ROBOT.result.name, {"status": status | {"goal_id": {"id": "task-t-0-0"}}})
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    await hall.after()
+    assert hall.task("t").state == "done"
+
+
+@pytest.mark.parametrize("text", ["contact-without-charge: no current", "charger-lies: the battery is discharged"])
+async def test_a_robot_that_cannot_dock_goes_to_the_next_charger_and_that_is_an_event(hall: Hall, text: str) -> None:
+    sites = Sites({"a": (3.0, 0.0, 0.0), "b": (9.0, 0.0, 0.0)}, docks={"a": "a", "b": "b"})
+    told: list[tuple[str, str]] = []
+    hall.runner = TaskRunner(
+        hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=partial(in_metres, sites=sites),
+        changed=lambda _user, _map, task: told.append((task.state, task.reason)),
+    )  # fmt: skip
+    place = hall.connect("r")
+    place.topics[DOCK_ROBOT.goal.name] = robot_link.TopicInfo(DOCK_ROBOT.goal.name, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    hall.add("done", 5.0, state="done", ended=hall.clock())
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [(_, first)] = delivered(place)
+    status = {"goal_id": first["goal_id"], "status": int(Status.ABORTED), "text": text}
+    place.publish_json(DOCK_ROBOT.result.name, {"status": status})
+    await hall.after()
+    [(_, second)] = delivered(place)
+    assert (first["goal"]["dock_id"], second["goal"]["dock_id"]) == ("a", "b")
+    assert ("failed", f"robot 'r': goal aborted: {text}") in told
