@@ -17,7 +17,7 @@ class TrafficRobotAnswer(ResponseBody):
 
     robot: str
     state: str = Field(
-        description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `by_hand`, `held`, "
+        description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `by_hand`, `held`, `docking`, `docked`, "
         "`silent`, `no_cells` or `out`"
     )
     pose: tuple[float, float, float] = Field(description="x, y [m], yaw [rad]")

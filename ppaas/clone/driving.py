@@ -167,10 +167,10 @@ def docking(
     parameters = given.read(DockingParameters, DockingServerNode.name)
     outline = outline_of(body)
     targets = DockTargets(parameters, outline)
-    braking = body.limits.acc_lim_x
+    options: dict[str, Any] = {"braking": body.limits.acc_lim_x, "granted": TRAFFIC in given.given}
 
     def make(context: Context) -> Node:
-        return DockingServerNode(context, parameters, targets, outline, braking=braking, layers=layers, names=names)
+        return DockingServerNode(context, parameters, targets, outline, layers=layers, names=names, **options)
 
     return {DockingServerNode.name: make}
 

@@ -139,6 +139,11 @@ class Docking:
         return self._target.dock
 
     @property
+    def way(self) -> tuple[Pose2D, ...]:
+        """Both ends of the way into the dock, in the frame of the map, once the robot drives there."""
+        return (self._target.staging, self.dock.pose) if self.drives_itself else ()
+
+    @property
     def drives_itself(self) -> bool:
         """Whether the velocities are this machine's, and not Move Base's."""
         return self.phase is not DockingPhase.STAGING
@@ -230,7 +235,7 @@ class Docking:
         if self._filter.pose is not None:
             self._enter(DockingPhase.APPROACHING, sight.now)
         elif sight.now - self._since > self._parameters.initial_perception_timeout:
-            return self._fail(DockNotSeen(self._not_seen(sight)), sight)
+            return self._fail(DockNotSeen(self._target.not_seen(localized=sight.map_in_odom is not None)), sight)
         return STAND
 
     def _approach(self, sight: Sight) -> Order:
@@ -356,11 +361,6 @@ class Docking:
         place = axis.inverse() @ sight.odometry
         turn = math.pi if self._target.stance.backward else 0.0
         return Pose2D(place.x, place.y, wrap_angle(place.theta + turn))
-
-    def _not_seen(self, sight: Sight) -> str:
-        if sight.map_in_odom is None:
-            return f"{self.dock.in_words} was not looked for: the robot is not localized"
-        return f"{self.dock.in_words} is not seen: it was looked for by {self._target.detector.purpose}"
 
     def _is_blocked(self, sight: Sight, velocity: Velocity) -> bool:
         """Return whether something but the dock is in the way, as far as the last scan shows."""

@@ -27,6 +27,12 @@ class DockTarget:
         """Pose before the dock in the frame of the map."""
         return self.dock.pose @ Pose2D(-self.stance.ahead * self.type.staging_distance, 0.0)
 
+    def not_seen(self, *, localized: bool) -> str:
+        """Return why the dock is not seen, in words."""
+        if not localized:
+            return f"{self.dock.in_words} was not looked for: the robot is not localized"
+        return f"{self.dock.in_words} is not seen: it was looked for by {self.detector.purpose}"
+
 
 class DockTargets:
     """Finds the docks of goals.

@@ -47,6 +47,10 @@ class Undocking:
         self._ahead = kind.stance(body).ahead
         self.text = "undocking"
 
+    def way_from(self, robot: Pose2D) -> tuple[Pose2D, ...]:
+        """Return both ends of the way from the pose of the docked robot, in the frame of that."""
+        return robot, robot @ Pose2D(-self._ahead * self._kind.staging_distance, 0.0)
+
     def step(self, sight: Sight) -> Velocity | DockingFailure | None:
         """Return what the robot does now, None once it is out of the dock."""
         if self.lift is False and sight.lifted is not False:

@@ -79,6 +79,8 @@ BAROMETER = Topic("barometer", FluidPressure, stream=True, depth=1)
 BATTERY_STATE = Topic("battery_state", BatteryState, stream=True)
 DETECTED_DOCK_POSE = Topic("detected_dock_pose", PoseStamped, stream=True, depth=1)
 DOCK_STATUS = Topic("docking_server/status", String, latched=True, stream=True, depth=1, robot_only=True)
+DOCK_WAY = Topic("docking_server/way", Path, latched=True, depth=1, robot_only=True)
+DOCK_WAY_STATE = Topic("docking_server/way_state", String, latched=True, depth=1, robot_only=True)
 LIFT = Topic("lift", Bool, latched=True, lasting=True, depth=1, robot_only=True)
 LIFT_STATE = Topic("lift_state", Bool, stream=True, depth=1, robot_only=True)
 

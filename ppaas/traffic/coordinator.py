@@ -13,6 +13,7 @@ from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.fleet.problem import is_connected
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport, TrafficRobot, TrafficState
+from ppaas.traffic.approaches import approach_of
 from ppaas.traffic.members import Arrival, Cell, Member
 from ppaas.traffic.occupancy import Occupancy
 from ppaas.traffic.plan_ahead import PlanAhead, Spurs
@@ -444,6 +445,7 @@ class TrafficCoordinator:
             report = member.report
             held = () if member.restored else member.chain
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in held]
+            approach = self._approach(member, now)
             yield TrafficGrants(
                 report.header, member.name, self.epoch, 0, report.revision, self.spacing,
                 first=member.first, way=way, at_goal=self._ends_at_goal(member),
@@ -453,7 +455,17 @@ class TrafficCoordinator:
                 waits_for=member.waits_for,
                 refused=refused,
                 spur=[] if member.spur is None or member.spur.ended_by else [member.spur.place],
+                approach=approach,
             )  # fmt: skip
+
+    def _approach(self, member: Member, now: float) -> list[MapPoint]:
+        """Return the approach that a robot is granted; note whom it waits for."""
+        occupancy, asks = self.occupancy, len(member.report.approach) > 1
+        if not (asks and self._granting and self._is_ours(member) and occupancy.map is not None):
+            return []
+        granted, why = approach_of(member, self.members.values(), occupancy.cells, occupancy.outsiders, now)
+        self._wait(member, why, now)
+        return granted
 
     def _ends_at_goal(self, member: Member) -> bool:
         return member.at_goal and self._granting and member.decided == member.report.goal_id
@@ -572,6 +584,8 @@ def _robot(coordinator: TrafficCoordinator, member: Member, now: float) -> Traff
 
 
 def _state(member: Member) -> str:
+    if member.standing == "held" and member.report.approach:
+        return "docked" if len(member.report.approach) == 1 else "docking"
     if member.standing != "joined":
         return member.standing
     if member.report.free:

@@ -115,6 +115,10 @@ class Member:
         Time at which others were last planned around the place of a robot that is aside [s].
     is_displaced : bool
         Whether it touches other cells than then.
+    asked_at : float
+        Time at which it asked for its approach [s].
+    docks : bool
+        Whether it was granted that.
     late_since : float
         Time from which on all of its reports were older than one before; infinite if the last was not [s].
     """
@@ -142,6 +146,8 @@ class Member:
     restored: bool = False
     followed_at: float = float("-inf")
     is_displaced: bool = False
+    asked_at: float = float("inf")
+    docks: bool = False
     late_since: float = float("inf")
 
     @property
@@ -158,6 +164,12 @@ class Member:
     def is_recalled(self) -> bool:
         """True if it has to drive back from its spur."""
         return self.spur is not None and self.spur.ended_by > 0
+
+    def take(self, report: TrafficReport, before: TrafficReport, now: float) -> None:
+        """Take the newest report, after another."""
+        self.report, self.heard_at, self.restored = report, now, False
+        if report.approach != before.approach:
+            self.asked_at, self.docks = now, False
 
     def note_late(self, report: TrafficReport, now: float) -> bool:
         """Note whether a report is older than the newest one, and return it.
@@ -203,13 +215,16 @@ def reached_by(report: TrafficReport) -> int:
 
 # -- checks of what robots report to the traffic -----------------------------------------------------------------------
 
+LONGEST_APPROACH = 20.0
+"""Largest distance of a robot from the ends of its approach [m]."""
+
 LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 """Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
 
 
 def check_report(report: TrafficReport) -> None:
     """Raise ``InvalidInput`` if a report cannot be used."""
-    points = [*report.way, *report.blocked, report.goal, *report.spur]
+    points = [*report.way, *report.blocked, report.goal, *report.spur, *report.approach]
     numbers = [report.x, report.y, report.theta, report.goal_seconds, *(c for each in points for c in (each.x, each.y))]
     sizes = [report.radius, report.speed, report.braking, report.tolerance]
     if not all(map(math.isfinite, numbers + sizes)):
@@ -220,6 +235,9 @@ def check_report(report: TrafficReport) -> None:
         raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
     if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
         raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")
+    far = max((math.hypot(each.x - report.x, each.y - report.y) for each in report.approach), default=0.0)
+    if len(report.approach) > 2 or far > LONGEST_APPROACH or (report.approach and not report.aside):
+        raise InvalidInput(f"robot {report.robot!r} reports an approach that is none")
     if report.aside not in ASIDE:
         raise InvalidInput(f"robot {report.robot!r} is aside for an unknown reason, {report.aside[:32]!r}")
     if len(report.spur) > 1 or (report.spur and not _is_beside(report)):

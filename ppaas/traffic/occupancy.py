@@ -9,6 +9,7 @@ from ppaas.errors import NotFound
 from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
+from ppaas.traffic.approaches import touched_by
 from ppaas.traffic.holders import Holders, spur_to
 from ppaas.traffic.members import (
     ASIDE,
@@ -147,11 +148,9 @@ class Occupancy:
             self._begin_anew(member, report)
         elif report.epoch != epoch or before.epoch != epoch or member.restored:
             self._adopt(member, report)
-        member.report, member.heard_at, member.restored = report, now, False
-        if report.aside and member.base != self._touched(member):
-            self._follow(member, now)
-        elif member.misfit and member.base != self._touched(member):
-            self._stand(member)
+        member.take(report, before, now)
+        if (report.aside or member.misfit) and member.base != self._touched(member):
+            self._follow(member, now) if report.aside else self._stand(member)
         self._advance(member, before, now)
         self._note_goal(member, before, now)
         self._note_standing(member, now)
@@ -275,7 +274,7 @@ class Occupancy:
         at = member.report
         if self.map is None or at.free or member.standing == "out":
             return set()
-        return set(self.map.touched(at.x, at.y, at.radius + (at.braking if at.aside else 0.0)).tolist())
+        return touched_by(self.map, at, self.parameters.margin)
 
     def _stop_around(self, member: Member) -> None:
         """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
@@ -290,6 +289,8 @@ class Occupancy:
         self.holders.let_all_go(member.name)
 
     def _begin_anew(self, member: Member, report: TrafficReport) -> None:
+        if report.radius != member.report.radius:  # it has taken up a load, or set one down
+            member.misfit = self._make_room(report.radius)
         member.report = report
         self.gives_back.discard(member.name)
         self._stand(member)

@@ -56,11 +56,14 @@ def test_the_failures_are_those_of_the_code() -> None:
 
 
 def test_the_example_is_valid() -> None:
-    [example] = blocks(PAGE, "json")
-    given = json.loads(example)["docking_server"]
-    parameters = read_parameters(DockingParameters, "docking_server", given)
-    assert set(parameters.dock_types) == {"home", "cart"}
-    DockTargets(parameters, BodyOutline(0.2, 0.2, 0.2))
+    types: set[str] = set()
+    for example in blocks(PAGE, "json"):
+        parameters = read_parameters(DockingParameters, "docking_server", json.loads(example)["docking_server"])
+        DockTargets(parameters, BodyOutline(0.2, 0.2, 0.2))
+        types |= set(parameters.dock_types)
+    assert types == {"home", "cart", "shelf"}
+    carrier = json.loads(Path("docs/examples/carrier.json").read_text())
+    assert carrier["parameters"] == json.loads(blocks(PAGE, "json")[1])
 
 
 def test_the_numbers_of_the_bench_are_those_of_the_code() -> None:
@@ -72,6 +75,7 @@ def test_the_numbers_of_the_bench_are_those_of_the_code() -> None:
 def test_a_robot_docks_by_the_commands_of_the_page(own_cloud: RunningCloud, tmp_path: Path) -> None:
     printed = run_shell(script(PAGE), tmp_path, own_cloud)
     assert "waiting for charge" in printed
+    assert "set down at (7." in printed
     rows = [line.split() for line in printed.splitlines()]
     assert ["succeeded", "0", "0"] in rows
     assert ["succeeded", "0"] in rows

@@ -40,6 +40,7 @@ from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.follow_path.node import FollowPathParameters
+from ppaas.nodes.footprint.node import FootprintNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import STATUS_PERIOD
 from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
@@ -86,6 +87,7 @@ def graph() -> Graph:
     layers = build_layers(GridMap(cells, GridInfo(0.05, 40, 40)), robot_radius=0.18)
     build_clone(clone, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0))
     clone.add(lambda context: StopNode(context, clone, "tb1"))
+    clone.add(lambda context: FootprintNode(context, clone, lambda _: None))
     return clone
 
 

@@ -58,9 +58,12 @@ def test_times_are_those_of_the_code(page: str) -> None:
     assert f"around the cell for {VALUES.keep_blocked:g} s" in page
 
 
+OTHER_STATES = {"driving", "waiting", "idle", "free", "no_cells", "docking", "docked"}
+
+
 def test_states_are_those_of_the_code() -> None:
     states = [state.strip("`") for state, _ in table(PAGE, "state", "meaning")]
-    assert set(states) == {"driving", "waiting", "idle", "free", "no_cells", *get_args(Standing)} - {"joined"}
+    assert set(states) == {*OTHER_STATES, *get_args(Standing)} - {"joined"}
 
 
 def test_the_commands_of_the_page_are_valid() -> None:

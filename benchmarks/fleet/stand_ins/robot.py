@@ -86,6 +86,7 @@ class StandIn:
     silent: bool = False
     stray: bool = False
     aside: str = ""
+    approach: list[MapPoint] = field(default_factory=list)
     arrived: int = 0
     goal_since: float = 0.0
     refused: list[str] = field(default_factory=list)
@@ -134,6 +135,7 @@ class StandIn:
             self.goal_id,
             way.spur,
             self.aside,
+            self.approach,
         )
         moved = math.hypot(pose.x - self.pose.x, pose.y - self.pose.y) > 0.01
         if says == said and now - at < (POSE_PERIOD if moved else REPORT_PERIOD) - 1e-6:
@@ -149,12 +151,21 @@ class StandIn:
             self.name, self.pose.x, self.pose.y, self.pose.theta,
             self.radius, self.speed, BRAKING, self.way.epoch, self.way.number, self.way.revision, self.way.first,
             self.way.held, self.way.ahead, self.way.free, self.stray, [], self.goal_id, goal, now - self.goal_since,
-            TOLERANCE, self.way.spur, self.aside,
+            TOLERANCE, self.way.spur, self.aside, self.approach,
         )  # fmt: skip
 
-    def set_aside(self, why: str) -> None:
-        """Follow no grants for a reason, as a robot that is stopped or driven by hand; take part again without one."""
-        self.aside = why
+    @property
+    def may_approach(self) -> bool:
+        """Whether it may drive on its approach."""
+        grants = self.way.grants
+        return grants is not None and bool(grants.approach) and grants.approach == self.approach
+
+    def set_aside(self, why: str, *approach: MapPoint) -> None:
+        """Follow no grants for a reason, as a robot that is stopped or driven by hand; take part again without one.
+
+        With an approach it docks or undocks on that, or stands at a dock.
+        """
+        self.aside, self.approach = why, [*approach]
         self.way.give_back(self.pose)
 
     # -- driving -------------------------------------------------------------------------------------------------------

@@ -40,6 +40,8 @@ class LaunchFacts:
             if f"{mask}_filter_mask_server" in self.nodes:
                 servers[f"{mask}_filter_mask_server"] = ("nav2_map_server", "map_server")
                 servers[f"{mask}_costmap_filter_info_server"] = ("nav2_map_server", "costmap_filter_info_server")
+        if "docking_server" in self.nodes:
+            servers["docking_server"] = ("opennav_docking", "opennav_docking")
         return servers | {
             "controller_server": ("nav2_controller", "controller_server"),
             "planner_server": ("nav2_planner", "planner_server"),
@@ -167,6 +169,8 @@ def _servers(facts: LaunchFacts) -> str:
         files = {}
         if name == "bt_navigator":
             files = {"default_nav_to_pose_bt_xml": "navigate_to_pose.xml"}
+        elif name == "docking_server":
+            files = {"dock_database": "docks.yaml"}
         elif name.endswith("_filter_mask_server"):
             files = {"yaml_filename": f"{name.partition('_')[0]}_mask.yaml"}
         lines.append(f'    "{name}": ("{package}", "{executable}", {files}),'.replace("'", '"'))
@@ -226,6 +230,7 @@ _FILES = {
     "map.yaml": "the map, with `map.pgm`",
     "keepout_mask.yaml": "keep-out zones, and the robot's keepout mask",
     "speed_mask.yaml": "speed limits in percent of the robot's maximum speed",
+    "docks.yaml": "the docks of the map, for Nav2's docking server",
     "robot.urdf": "its URDF",
     "robot.json": "the robot file of PPaaS that all this was made of",
     "bringup.launch.py": "starts it all",
@@ -237,6 +242,8 @@ def readme(facts: LaunchFacts, report: ImportReport) -> str:
     distribution = facts.release.value
     optional = [name for name in ("depthimage_to_laserscan", "octomap_server") if name in facts.nodes]
     packages = ["navigation2", "slam-toolbox", "robot-state-publisher", *(name.replace("_", "-") for name in optional)]
+    if "docking_server" in facts.nodes and facts.release.is_humble:
+        packages.append("opennav-docking")  # a part of navigation2 in later releases
     missing = [
         f"- `{entry.part}`: {entry.text}"
         for entry in report.entries

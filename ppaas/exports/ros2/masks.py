@@ -14,7 +14,7 @@ from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.nodes.map_server.costmap_filters import KEEPOUT_FILTER, SPEED_FILTER, SpeedFilterParameters
 from ppaas.parameters import read_parameters
 from ppaas.zones.masks import touched
-from ppaas.zones.zone import AnyRule, KeepOut, Mark, SpeedZone, Zone
+from ppaas.zones.zone import AnyRule, Dock, KeepOut, Mark, SpeedZone, Zone
 
 ROUNDED = 1e-9
 """Part of a percent by which a limit may be below a whole one by rounding."""
@@ -95,6 +95,8 @@ class _Drawing:
                 self._limit(touched(self._info, zone.area), percent)
             text = f"{percent} % in speed_mask{when}" if percent < FULL else "the robot is never faster"
             self._report.translated(part, text)
+        elif isinstance(rule, Dock):
+            self._report.translated(part, "a dock in docks.yaml")
         else:
             why = NO_MARK if isinstance(rule, Mark) else NO_RULE
             self._report.without_effect(part, f"{why}: {_kind(rule)}")

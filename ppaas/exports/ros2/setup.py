@@ -6,6 +6,7 @@ from typing import Any
 
 from ppaas.exports.ros2.behavior_tree import IN_TREE, add_behaviors, behavior_tree
 from ppaas.exports.ros2.costmaps import add_costmaps, add_mask_servers
+from ppaas.exports.ros2.docking import DOCKS_FILE, add_docking
 from ppaas.exports.ros2.draft import SetupDraft, renamed, same, without_effect
 from ppaas.exports.ros2.driving import SERVER, add_controller, add_planner
 from ppaas.exports.ros2.launch_file import LaunchFacts, launch_file, readme
@@ -79,7 +80,6 @@ ONLY_HERE = {
     "follow_path": "the robot follows paths itself: give its node the action follow_path in place of controller_server",
     "traffic": "Nav2 has no traffic of several robots",
     "teleop": "Nav2 has no driving by hand with leases",
-    "docking_server": "the set-up has no docking_server of Nav2, which needs a plug-in for each kind of dock",
     "explore": "explore_lite is no part of Nav2",
     "laser_proc": "run laser_proc of ROS beside Nav2, and remap its topic to /scan",
     "torso_detector": "Nav2 sees no people", "leg_detector": "Nav2 sees no people",
@@ -123,6 +123,7 @@ def export_ros2(robot: RobotToExport, release: Release) -> Ros2Setup:
     add_costmaps(draft, masks)
     add_behaviors(draft)
     tree = behavior_tree(draft)
+    docks = add_docking(draft)
     _add_others(draft)
     add_mask_servers(draft, masks)
     add_slam(draft)
@@ -141,6 +142,8 @@ def export_ros2(robot: RobotToExport, release: Release) -> Ros2Setup:
     for name, grid in grids.items():
         if grid is not None:
             files[f"{name}.yaml"], files[f"{name}.pgm"] = save_map(grid, f"{name}.pgm")
+    if docks is not None:
+        files[DOCKS_FILE] = docks
     if robot.urdf is not None:
         files[URDF_FILE] = robot.urdf
     facts = LaunchFacts(robot, release, tuple(draft.nodes()), frozenset(files))

@@ -68,6 +68,9 @@ class TrafficReport(OwnMessage):
     aside : str
         Why it follows no grants now: ``by_hand`` if an operator drives it, ``held`` if it is stopped; empty if it does.
         It holds what it touches, wherever it is.
+    approach : list of MapPoint
+        Both ends of the straight way on which it wants to dock or undock, or its place at a dock. It is ``held`` then,
+        and holds what it touches there.
     """
 
     header: Header
@@ -93,6 +96,7 @@ class TrafficReport(OwnMessage):
     tolerance: float = 0.0
     spur: list[MapPoint] = field(default_factory=list)
     aside: str = ""
+    approach: list[MapPoint] = field(default_factory=list)
 
 
 class TrafficGrants(OwnMessage):
@@ -131,6 +135,8 @@ class TrafficGrants(OwnMessage):
     spur : list of MapPoint
         The goal, if the robot may drive to it from the centre of the last cell, although it touches other cells there.
         Without it, the robot stops in the last cell, or drives back to its centre.
+    approach : list of MapPoint
+        The approach that the robot reported, once it may drive there.
     """
 
     header: Header
@@ -148,6 +154,7 @@ class TrafficGrants(OwnMessage):
     waits_for: str = ""
     refused: str = ""
     spur: list[MapPoint] = field(default_factory=list)
+    approach: list[MapPoint] = field(default_factory=list)
 
 
 class TrafficRobot(OwnMessage):
@@ -158,7 +165,7 @@ class TrafficRobot(OwnMessage):
     robot : str
     state : str
         ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``by_hand``, ``held``, ``silent``,
-        ``no_cells``, or ``out``.
+        ``docking``, ``docked``, ``no_cells``, or ``out``.
     x, y, theta : float
         Pose in the map frame [m, rad].
     way : list of MapPoint

@@ -1,12 +1,16 @@
 """The dock at which the robot stands, and whether it is charged there."""
 
+import math
+
 from ppaas.docking.charge import ChargeReading
 from ppaas.docking.watch import DockedWatch, has_left
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import String
+from ppaas.messages.sensor_msgs import BatteryState
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.docking_server.goals import DockedAt
+from ppaas.nodes.docking_server.way import DockWay
 
 
 class DockedRobot:
@@ -16,6 +20,8 @@ class DockedRobot:
     ----------
     context : Context
         Context of the node.
+    way : DockWay
+        Its way, as the traffic of the map knows it.
     patience : float
         Time after which a battery that is not charged is reported [s].
 
@@ -27,10 +33,10 @@ class DockedRobot:
         What it carries, in words; empty if nothing.
     """
 
-    def __init__(self, context: Context, patience: float) -> None:
+    def __init__(self, context: Context, way: DockWay, patience: float) -> None:
         self.at: DockedAt | None = None
         self.carries = ""
-        self._context, self._patience = context, patience
+        self._context, self._way, self._patience = context, way, patience
         self._watch: DockedWatch | None = None
         self._said = ""
 
@@ -43,6 +49,7 @@ class DockedRobot:
     def dock(self, at: DockedAt | None, threshold: float = 0.0) -> None:
         """Begin to watch a robot that has docked, with the current from which it counts as charged [A]; or end it."""
         self.at, self._watch = at, None
+        self._way.say(() if at is None else (at.dock.pose,))
         if at is not None:
             self._watch = DockedWatch(at.dock, threshold, self._patience, self._context.elapsed())
         self.report()
@@ -67,3 +74,12 @@ class DockedRobot:
         if text != self._said:
             self._said = text
             self._context.publish(topics.DOCK_STATUS.name, String(text))
+
+
+def reading_of(state: BatteryState, now: float) -> ChargeReading:
+    """Return what a message that came at a time [s] says of a battery."""
+    return ChargeReading(now, _finite(state.current), _finite(state.percentage), state.power_supply_status)
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

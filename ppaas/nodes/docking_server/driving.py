@@ -18,7 +18,11 @@ from ppaas.navigation.events import CancelReceived
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Timer
 from ppaas.nodes.docking_server.senses import DockingSenses
+from ppaas.nodes.docking_server.way import DockWay
 from ppaas.nodes.frames import MAP
+
+PATIENCE = 60.0
+"""Time for which a robot waits for other robots on its way, which go first [s]."""
 
 BLIND = 10.0
 """Time without any odometry after which a goal fails [s]."""
@@ -44,6 +48,8 @@ class DockingDriver:
     context : Context
         Context of the node.
     senses : DockingSenses
+    way : DockWay
+        Its way, as the traffic of the map knows it.
     period : float
         Period of the control cycle [s].
     ended : callable
@@ -60,9 +66,11 @@ class DockingDriver:
     """
 
     def __init__(
-        self, context: Context, senses: DockingSenses, period: float, ended: Callable[[DockingEnd], None]
-    ) -> None:
+        self, context: Context, senses: DockingSenses, way: DockWay, period: float,
+        ended: Callable[[DockingEnd], None],
+    ) -> None:  # fmt: skip
         self._context, self._senses, self._period, self._ended = context, senses, period, ended
+        self._way, self._free_at = way, 0.0
         self.docking: Docking | None = None
         self.undocking: Undocking | None = None
         self.held = ""
@@ -89,7 +97,7 @@ class DockingDriver:
             self.docking = machine
         else:
             self.undocking = machine
-        self._began, self._sighted, self._lift = now - spent, now, None
+        self._began, self._sighted, self._free_at, self._lift = now - spent, now, now, None
         self._own_cancels += 1
         self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID())
         self._cycle = self._context.every(self._period, self.step)
@@ -102,6 +110,8 @@ class DockingDriver:
         self._cycle = None
         if self.docking is None or self.docking.drives_itself:
             self._send(Velocity())
+        if self._way.is_driven:
+            self._way.say(())
         self.docking = self.undocking = None
         staging, self._staging = self._staging, ""
         if staging:
@@ -110,16 +120,25 @@ class DockingDriver:
     def step(self) -> None:
         """Do what the machine wants now."""
         now = self._context.elapsed()
-        sight = self._senses.sight(now, self.held)
+        sight = self._senses.sight(now, self.held or self._way.barred)
         if sight is None:
             if now - self._sighted > BLIND:
                 self._execute(DockNotReached("the robot sends no odometry"))
             return
         self._sighted = now
+        self._free_at = self._free_at if self._way.barred else now
+        if now - self._free_at > PATIENCE:
+            self._execute(DockNotReached(f"the way is not free: {self._way.barred}"))
+            return
         order: Order | None
         if self.docking is not None:
             order, lift = self.docking.step(sight), self.docking.lift
+            self._way.say(self.docking.way)
         elif self.undocking is not None:
+            robot = self._senses.robot_in_map()
+            if robot is not None and not self._way.is_driven:
+                self._way.say(self.undocking.way_from(robot))
+                return
             order, lift = self.undocking.step(sight), self.undocking.lift
         else:
             return

@@ -1,15 +1,14 @@
 """Node ``docking_server``: serves Nav2's actions ``dock_robot`` and ``undock_robot``."""
 
-import math
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from functools import partial
+from typing import Any, ClassVar
 
 import msgspec
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.decoding import from_json
 from ppaas.docking.approach import BodyOutline
-from ppaas.docking.charge import ChargeReading
 from ppaas.docking.dock import MappedDock, docks_of
 from ppaas.docking.docking import Docking
 from ppaas.docking.failures import DockingFailure, DockTypeUnknown
@@ -18,7 +17,7 @@ from ppaas.docking.targets import DockTarget, DockTargets
 from ppaas.docking.undocking import Undocking
 from ppaas.errors import PPaaSError
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.std_msgs import Bool, Duration
+from ppaas.messages.base.std_msgs import Bool, Duration, String
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
@@ -39,7 +38,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.action_publisher import ActionPublisher
 from ppaas.nodes.base import Context, Node, Payload, Topic
 from ppaas.nodes.docking_server.carried import CarriedLoad
-from ppaas.nodes.docking_server.docked import DockedRobot
+from ppaas.nodes.docking_server.docked import DockedRobot, reading_of
 from ppaas.nodes.docking_server.driving import PREFIX, DockingDriver, DockingEnd
 from ppaas.nodes.docking_server.goals import (
     OTHER_GOALS,
@@ -52,6 +51,7 @@ from ppaas.nodes.docking_server.goals import (
     undock_goal,
 )
 from ppaas.nodes.docking_server.senses import DockingSenses
+from ppaas.nodes.docking_server.way import DockWay
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
@@ -80,29 +80,33 @@ class DockingServerNode(Node):
         The map, with its docks; None for a robot that makes it.
     names : FrameNames, optional
         Names of the robot's frames.
+    granted : bool
+        Whether the robot takes part in the traffic of its map, which grants its ways.
     """
 
     name: ClassVar[str] = "docking_server"
     subscribes: ClassVar[tuple[Topic, ...]] = (
         *DOCK_ROBOT[:2], *UNDOCK_ROBOT[:2], *OTHER_GOALS, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
         topics.TF, topics.TF_STATIC, topics.SCAN, topics.BATTERY_STATE, topics.DETECTED_DOCK_POSE, topics.STOP_STATE,
-        topics.TELEOP_STATE, topics.LIFT_STATE,
+        topics.TELEOP_STATE, topics.LIFT_STATE, topics.DOCK_WAY_STATE,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         *DOCK_ROBOT[2:], *UNDOCK_ROBOT[2:], topics.CMD_VEL, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
-        topics.DOCK_STATUS, topics.LIFT, topics.LOCAL_LOAD,
+        topics.DOCK_STATUS, topics.LIFT, topics.LOCAL_LOAD, topics.DOCK_WAY,
     )  # fmt: skip
 
     def __init__(
         self, context: Context, parameters: DockingParameters, targets: DockTargets, body: BodyOutline, *,
-        braking: float, layers: MapLayers | None = None, names: FrameNames | None = None,
+        braking: float, layers: MapLayers | None = None, names: FrameNames | None = None, granted: bool = False,
     ) -> None:  # fmt: skip
         super().__init__(context)
         self._parameters, self._targets, self._body, self._braking = parameters, targets, body, braking
         self._docks: tuple[MappedDock, ...] = () if layers is None else docks_of(layers.zones)
         self._senses = DockingSenses(names)
-        self._driver = DockingDriver(context, self._senses, 1.0 / parameters.controller_frequency, self._ended)
-        self._docked = DockedRobot(context, parameters.not_charging_timeout)
+        self._way = DockWay(context, granted=granted)
+        period = 1.0 / parameters.controller_frequency
+        self._driver = DockingDriver(context, self._senses, self._way, period, self._ended)
+        self._docked = DockedRobot(context, self._way, parameters.not_charging_timeout)
         self._load = CarriedLoad(context, parameters)
         self._dock_topics: ActionPublisher[DockGoal] = ActionPublisher(context, DOCK_ROBOT)
         self._undock_topics: ActionPublisher[UndockGoal] = ActionPublisher(context, UNDOCK_ROBOT)
@@ -110,12 +114,14 @@ class DockingServerNode(Node):
         self._undock_goals: GoalList[UndockGoal] = GoalList()
         self._counter, self._stopped, self._by_hand = 0, "", ""
         self._handlers: Mapping[str, Callable[[Payload], None]] = {
-            DOCK_ROBOT.goal.name: self._on_dock, DOCK_ROBOT.cancel.name: self._on_dock_cancel,
-            UNDOCK_ROBOT.goal.name: self._on_undock, UNDOCK_ROBOT.cancel.name: self._on_undock_cancel,
+            DOCK_ROBOT.goal.name: self._on_dock, DOCK_ROBOT.cancel.name: partial(self._on_cancel, self._dock_goals),
+            UNDOCK_ROBOT.goal.name: self._on_undock,
+            UNDOCK_ROBOT.cancel.name: partial(self._on_cancel, self._undock_goals),
             topics.MOVE_BASE_CANCEL.name: self._on_move_base_cancel, topics.MOVE_BASE_RESULT.name: self._on_result,
             topics.SCAN.name: self._on_scan, topics.BATTERY_STATE.name: self._on_battery,
             topics.DETECTED_DOCK_POSE.name: self._on_pose, topics.STOP_STATE.name: self._on_stop,
             topics.TELEOP_STATE.name: self._on_teleop, topics.LIFT_STATE.name: self._on_lift,
+            topics.DOCK_WAY_STATE.name: self._on_way_state,
         } | {topic.name: self._on_other_goal for topic in OTHER_GOALS}  # fmt: skip
 
     @property
@@ -164,8 +170,7 @@ class DockingServerNode(Node):
             self._senses.take_pose(expect(message, PoseStamped), self.context.elapsed())
 
     def _on_battery(self, message: Payload) -> None:
-        state, now = expect(message, BatteryState), self.context.elapsed()
-        reading = ChargeReading(now, _finite(state.current), _finite(state.percentage), state.power_supply_status)
+        reading = reading_of(expect(message, BatteryState), self.context.elapsed())
         self._driver.take(reading)
         self._docked.take(reading)
 
@@ -193,6 +198,9 @@ class DockingServerNode(Node):
         state = expect(message, TeleopState)
         self._by_hand = f"{state.driver or state.id} drives the robot by hand" if state.id else ""
         self._driver.held = self._stopped or self._by_hand
+
+    def _on_way_state(self, message: Payload) -> None:
+        self._way.hear(expect(message, String).data)
 
     def _on_result(self, message: Payload) -> None:
         self._driver.take_result(expect(message, MoveBaseActionResult))
@@ -291,12 +299,8 @@ class DockingServerNode(Node):
 
     # -- cancels, and goals of others ----------------------------------------------------------------------------------
 
-    def _on_dock_cancel(self, message: Payload) -> None:
-        if self._dock_goals.cancelled_by(self._cancel_of(message)):
-            self._end_all("The goal was cancelled.")
-
-    def _on_undock_cancel(self, message: Payload) -> None:
-        if self._undock_goals.cancelled_by(self._cancel_of(message)):
+    def _on_cancel(self, goals: GoalList[Any], message: Payload) -> None:
+        if goals.cancelled_by(self._cancel_of(message)):
             self._end_all("The goal was cancelled.")
 
     def _on_move_base_cancel(self, message: Payload) -> None:
@@ -393,7 +397,3 @@ class DockingServerNode(Node):
 
 def _code_of(error: PPaaSError) -> DockError:
     return error.code if isinstance(error, DockingFailure) else DockError.UNKNOWN
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None

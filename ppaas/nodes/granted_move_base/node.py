@@ -11,11 +11,15 @@ from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.errors import GoalOccupied, PPaaSError
 from ppaas.geometry import Pose2D, Poses, poses_along
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
+from ppaas.messages.nav_msgs import Path
 from ppaas.navigation import events
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
 from ppaas.nodes.granted_move_base.traffic_link import TrafficLink, Wanted
+from ppaas.nodes.message_checks import expect
+from ppaas.nodes.move_base.client_paths import poses_of_path
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.move_base.robot_planner import NoPlan, Planned, RobotPlanner, Waiting
 from ppaas.planners.base import PlanResult
@@ -173,14 +177,17 @@ class GrantedMoveBaseNode(MoveBaseNode):
         As of `MoveBaseNode`.
     """
 
-    subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, topics.TRAFFIC_GRANTS)
-    publishes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.publishes, topics.TRAFFIC_REPORT)
+    subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, topics.TRAFFIC_GRANTS, topics.DOCK_WAY)
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        *MoveBaseNode.publishes, topics.TRAFFIC_REPORT, topics.DOCK_WAY_STATE,
+    )  # fmt: skip
 
     def __init__(self, context: Context, *, link: TrafficLink, controller: GrantFollower, **options: Any) -> None:
         self._link = link
         super().__init__(context, controller=controller, **options)
         self._surroundings.trust_grants(True)
         self._given_way = 0
+        self._lacks: str | None = None
         self._occupied_since: dict[tuple[float, float], float] = {}
 
     def _make_planner(self, *arguments: Any, **options: Any) -> RobotPlanner:
@@ -197,6 +204,10 @@ class GrantedMoveBaseNode(MoveBaseNode):
             if self._link.take(message):
                 self._attend()
                 self._plan_due()
+        elif topic == topics.DOCK_WAY.name:
+            points = poses_of_path(expect(message, Path), self._surroundings.frames.tree)
+            self._link.approach, self._lacks = [MapPoint(at.x, at.y) for at in points], None
+            self._attend()
         else:
             super().on_message(topic, message)
 
@@ -225,6 +236,8 @@ class GrantedMoveBaseNode(MoveBaseNode):
         changed = link.see(pose)
         if self._is_aside():
             link.report()
+            if len(link.approach) > 1:
+                self._say_approach(link.lacks_approach())
             return
         if link.must_stop:
             self._give_back(now)
@@ -239,11 +252,22 @@ class GrantedMoveBaseNode(MoveBaseNode):
 
     def _is_aside(self) -> bool:
         """Return whether the robot follows no grants; tell the link so, once a robot that was stopped stands."""
-        by_hand, held = bool(self._executor.by_hand), bool(self._executor.held)
+        by_hand, held = bool(self._executor.by_hand), bool(self._executor.held or self._docks)
         self._surroundings.trust_grants(not by_hand)
         if by_hand or not held or self._stands:
             self._link.set_aside("by_hand" if by_hand else "held" if held else "")
         return bool(self._link.aside)
+
+    @property
+    def _docks(self) -> bool:
+        """Whether the robot docks or undocks, or stands at a dock without a goal."""
+        return len(self._link.approach) > (0 if self._machine.goals.active is None else 1)
+
+    def _say_approach(self, why: str) -> None:
+        """Publish why the robot may not drive on its approach, if that has changed; empty if it may."""
+        if why != self._lacks:
+            self._lacks = why
+            self.context.publish(topics.DOCK_WAY_STATE.name, String(why))
 
     @property
     def _gives_way(self) -> bool:

@@ -83,6 +83,8 @@ class TrafficLink:
         Whether it has left its way.
     aside : str
         Why it follows no grants now, as in its reports; empty if it does.
+    approach : list of MapPoint
+        Straight way on which it wants to dock or undock, or its place at a dock, as in its reports.
     """
 
     def __init__(self, context: Context, facts: RobotTrafficFacts) -> None:
@@ -98,6 +100,7 @@ class TrafficLink:
         self.path_is_final = False
         self.stray = False
         self.aside = ""
+        self.approach: list[MapPoint] = []
         self._blocked: tuple[MapPoint, ...] = ()
 
     @property
@@ -165,6 +168,13 @@ class TrafficLink:
         grants = self.way.grants
         return grants.refused if grants is not None and grants.goal_id == self.goal_id else ""
 
+    def lacks_approach(self) -> str:
+        """Return why the robot may not drive on its approach, in words; empty if it may."""
+        grants = self.way.grants
+        if grants is not None and grants.approach == self.approach and not self.node_is_lost:
+            return ""
+        return self.waits_for()
+
     def waits_for(self) -> str:
         """Return what the robot waits for, in words."""
         if self.stray:
@@ -200,6 +210,7 @@ class TrafficLink:
             facts.radius, facts.speed, facts.braking, way.epoch, way.number, way.revision, way.first, way.held,
             way.ahead, way.free, self.stray, list(self._blocked), self.goal_id, goal,
             0.0 if wanted is None else self._context.elapsed() - wanted.since, facts.tolerance, way.spur, self.aside,
+            self.approach,
         )  # fmt: skip
 
 
@@ -210,5 +221,5 @@ def _says_more(one: TrafficReport, last: TrafficReport) -> bool:
         or one.revision != last.revision
         or (one.first, one.ahead, len(one.way)) != (last.first, last.ahead, len(last.way))
         or (one.free, one.stray, one.goal_id, one.goal) != (last.free, last.stray, last.goal_id, last.goal)
-        or (one.blocked, one.spur) != (last.blocked, last.spur)
+        or (one.blocked, one.spur, one.approach) != (last.blocked, last.spur, last.approach)
     )

@@ -79,6 +79,8 @@ UP: Final = (
     UpTopic("battery_state", "sensor_msgs/msg/BatteryState", ("battery_state", "battery"), clone=False, period=1.0),
     UpTopic("task/confirm", "std_msgs/msg/Bool", ("task/confirm",), clone=False),
     UpTopic("detected_dock_pose", "geometry_msgs/msg/PoseStamped", ("detected_dock_pose",)),
+    UpTopic("lift_state", "std_msgs/msg/Bool", ("lift_state",)),
+    UpTopic("local_costmap/footprint", "geometry_msgs/msg/Polygon", ("local_costmap/footprint",), reliable=True),
 )
 """Topics of the robot, besides ``tf`` and ``tf_static``."""
 
@@ -136,6 +138,7 @@ DOWN: Final = (
     DownTopic("global_costmap/costmap", _GRID, "global_costmap/costmap", _GRID, LATCHED),
     DownTopic("local_costmap/costmap", _GRID, "local_costmap/costmap", _GRID, LATCHED),
     DownTopic(_FOOTPRINT, _POLYGON, _FOOTPRINT, _POLYGON),
+    DownTopic("lift", "std_msgs/msg/Bool", "lift", "std_msgs/msg/Bool", LATCHED),
     DownTopic("octomap_binary", _OCTOMAP, "octomap_binary", _OCTOMAP, LATCHED),
     DownTopic("octomap_full", _OCTOMAP, "octomap_full", _OCTOMAP, LATCHED),
     DownTopic("projected_map", _GRID, "projected_map", _GRID, LATCHED),

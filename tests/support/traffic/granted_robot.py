@@ -33,7 +33,7 @@ class GrantedRobot:
         Text of the status of the last goal.
     """
 
-    def __init__(self, pose: Pose2D = Pose2D(1.0, 1.0)) -> None:
+    def __init__(self, pose: Pose2D = Pose2D(1.0, 1.0), **parameters: object) -> None:
         self.clock = ManualClock(1000.0)
         self.graph = Graph(clock=self.clock, stamp_clock=self.clock)
         self.pose, self.command = pose, Twist()
@@ -43,7 +43,7 @@ class GrantedRobot:
         self._number = self._commands = self._state = 0
         build_clone(
             self.graph, build_layers(walled_map(8, 8, [])), model="turtlebot2", initial_pose=tuple(pose),
-            parameters={"traffic": {}}, robot="tb1",
+            parameters={"traffic": {}, **parameters}, robot="tb1",
         )  # fmt: skip
         for topic in ("traffic/report", "move_base/result", "move_base/status", "cmd_vel", "teleop_state"):
             self.graph.tap(topic, self._hear)

@@ -3,13 +3,15 @@
 import { byId, make, say, show } from "./dom.js";
 import { duration, number, plural } from "./format.js";
 
-const PRESENCES = { driving: "online", free: "online", waiting: "silent", stopped: "silent", stray: "silent", by_hand: "online", held: "silent", silent: "silent", no_cells: "silent" };
+const PRESENCES = { driving: "online", free: "online", waiting: "silent", stopped: "silent", stray: "silent", by_hand: "online", held: "silent", docking: "online", docked: "online", silent: "silent", no_cells: "silent" };
 const NOTES = {
   free: "Drives freely: it is alone",
   stopped: "Does not get on: others are planned around it",
   stray: "Has left its way: it stands until it is led back",
   by_hand: "Is driven by hand: others are planned around it",
   held: "Is stopped: others are planned around it",
+  docking: "Docks or undocks: others keep out of its way",
+  docked: "Stands at a dock: others are planned around it",
   silent: "Says nothing: what it holds is kept for it",
   out: "Taken out: others drive where it stood",
 };

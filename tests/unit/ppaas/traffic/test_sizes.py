@@ -72,6 +72,22 @@ def test_small_robots_drive_through_narrow_lanes_and_large_ones_around() -> None
     assert lane > 50
 
 
+def test_a_robot_that_takes_up_a_load_drives_around_narrow_lanes_from_then_on() -> None:
+    simulation = simulation_of(1)
+    robot = simulation.add(cell_at(simulation, 5, 1), cell_at(simulation, 5, 10), radius=SMALL)
+    simulation.add(cell_at(simulation, 0, 0), radius=SMALL)
+    simulation.run(60.0, until_home=True)
+    assert robot.arrived == 1
+    robot.radius = LARGE
+    robot.way.give_back(robot.pose)  # as the next Move Base of its clone begins
+    simulation.run(1.0)
+    robot.head_for(*simulation.hall.centre(cell_at(simulation, 4, 1)), simulation.now)
+    while simulation.now < 180.0 and robot.goal_id:
+        simulation.step()
+        assert not in_lane(simulation, robot)
+    assert robot.arrived == 2
+
+
 def test_a_goal_of_a_large_robot_in_a_narrow_lane_is_refused() -> None:
     simulation = simulation_of(2)
     simulation.add(cell_at(simulation, 0, 0), radius=SMALL)

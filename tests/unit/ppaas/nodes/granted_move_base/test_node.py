@@ -6,10 +6,14 @@ from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.messages.actionlib_msgs import Status
-from ppaas.messages.geometry_msgs import Twist
+from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.fleet.traffic import MapPoint
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, Twist
 from ppaas.messages.health.stops import StopState
+from ppaas.messages.nav2_servers import DockRobotActionGoal, DockRobotGoal, UndockRobotActionGoal
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
 from tests.support.traffic.granted_robot import SPACING, GrantedRobot
 from tests.support.world.planar_world import walled_map
 
@@ -243,6 +247,56 @@ def test_one_that_is_driven_by_hand_follows_no_grants_and_takes_up_its_goal_afte
     robot.grant_from_here(3, goal_id="there", at_goal=True)
     robot.run(15.0)
     assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
+
+
+def test_one_that_docks_drives_on_its_approach_once_that_is_granted_and_stays_out_of_the_plan() -> None:
+    spot = {"detection": "map", "charges": False}
+    robot = GrantedRobot(docking_server={"dock_types": {"spot": spot}, "dock_prestaging_tolerance": 0.3})
+    ended: list[object] = []
+    for action in (DOCK_ROBOT, UNDOCK_ROBOT):
+        robot.graph.tap(action.result.name, lambda _, message: ended.append(message.status.status))  # type: ignore[union-attr]
+    robot.grant((0, 0))
+    robot.run(0.5)
+    place = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(1.7, 1.0)))
+    seen = PoseStamped(Header(frame_id="base_link"), Pose.of(Pose2D(0.5, 0.0)))  # that somebody looks for it suffices
+    goal = DockRobotGoal(use_dock_id=False, dock_pose=place, dock_type="spot")
+    robot.graph.inject(DOCK_ROBOT.goal.name, DockRobotActionGoal(goal_id=GoalID(id="d"), goal=goal))
+    robot.run(3.0)
+    way = [MapPoint(pytest.approx(1.0), pytest.approx(1.0)), MapPoint(pytest.approx(1.7), pytest.approx(1.0))]
+    assert (robot.report.aside, robot.report.approach) == ("held", way)
+    assert robot.pose.x == pytest.approx(1.0, abs=0.01)
+    robot.grant(approach=[MapPoint(9.0, 9.0), MapPoint(9.0, 8.0)])
+    robot.run(1.0)
+    assert robot.pose.x == pytest.approx(1.0, abs=0.01), "that is an earlier one"
+    for _ in range(100):
+        if robot.report.approach[1:]:
+            robot.grant(approach=robot.report.approach)
+        robot.graph.inject("detected_dock_pose", seen)
+        robot.run(0.1)
+    assert ended == [Status.SUCCEEDED] and robot.pose.x == pytest.approx(1.7, abs=0.03)
+    assert (robot.report.aside, robot.report.approach) == ("held", way[1:])
+    robot.graph.inject(UNDOCK_ROBOT.goal.name, UndockRobotActionGoal(goal_id=GoalID(id="u")))
+    robot.run(1.0)
+    assert len(robot.report.approach) == 2 and robot.pose.x == pytest.approx(1.7, abs=0.03)
+    for _ in range(20):
+        robot.grant(approach=robot.report.approach)
+        robot.run(0.5)
+    assert ended == [Status.SUCCEEDED] * 2 and robot.pose.x == pytest.approx(1.0, abs=0.06)
+    assert (robot.report.aside, robot.report.approach) == ("", [])
+
+
+def test_one_that_docks_gives_up_if_its_approach_is_never_granted() -> None:
+    robot = GrantedRobot(docking_server={"dock_types": {"spot": {"detection": "map", "charges": False}}})
+    texts: list[str] = []
+    robot.graph.tap(DOCK_ROBOT.result.name, lambda _, message: texts.append(message.status.text))  # type: ignore[union-attr]
+    place = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(1.7, 1.0)))
+    goal = DockRobotGoal(use_dock_id=False, dock_pose=place, dock_type="spot")
+    robot.graph.inject(DOCK_ROBOT.goal.name, DockRobotActionGoal(goal_id=GoalID(id="d"), goal=goal))
+    for _ in range(33):
+        robot.grant(waits_for="tb2")
+        robot.run(2.0)
+    assert texts == ["the way is not free: tb2 goes first"]
+    assert robot.pose.x == pytest.approx(1.0, abs=0.01) and not robot.report.approach
 
 
 def test_grants_of_other_robots_and_of_earlier_epochs_are_ignored() -> None:
