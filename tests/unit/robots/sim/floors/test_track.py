@@ -7,7 +7,8 @@ from tests.support.world.simulated_building import BEFORE, IN_CAR, MODEL, buildi
 
 def test_a_ride_is_recorded_with_heights_and_ways_on_both_floors() -> None:
     simulated = building()
-    rider, other = simulated.add_robot(IN_CAR, MODEL), simulated.add_robot(BEFORE, MODEL)
+    simulated.add_robot(IN_CAR, MODEL)
+    other = simulated.add_robot(BEFORE, MODEL)
     track = BuildingTrack(simulated)
     for step in range(round(10.0 / simulated.dt)):
         if step % 50 == 0:
