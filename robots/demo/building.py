@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from statistics import fmean
 from typing import Any
 
@@ -27,9 +28,11 @@ from robots.demo.mission import Mission
 from robots.demo.options import CORES, CloudAccess, DemoOptions, no_lines
 from robots.demo.report import BuildingReport
 from robots.demo.scorer import Scorer
+from robots.pictures.building_run import RobotRun, RunFloor, write_run
 from robots.sim.floors.building import SimulatedBuilding
 from robots.sim.floors.device_server import DeviceServer
 from robots.sim.floors.ride_log import LoggedRide, RideLog
+from robots.sim.floors.track import BuildingTrack
 from robots.sim.simulator import Simulator
 
 PERIOD = 0.5
@@ -112,11 +115,16 @@ async def send_between_floors(options: DemoOptions, cloud: CloudAccess) -> Build
     stage = await asyncio.to_thread(set_stage, options)
     rest = RestClient(cloud.url)
     login = await rest.login(cloud.admin, cloud.password)
-    rides = RideLog(stage.simulated)
+    rides, track = RideLog(stage.simulated), BuildingTrack(stage.simulated)
+
+    def after_step() -> None:
+        rides.after_step()
+        track.after_step()
+
     missions = _missions(stage, rest, options)
     async with contextlib.AsyncExitStack() as stack:
         devices = await stack.enter_async_context(DeviceServer(stage.simulated))
-        await stack.enter_async_context(background(Simulator(stage.simulated, after_step=rides.after_step).run()))
+        await stack.enter_async_context(background(Simulator(stage.simulated, after_step=after_step).run()))
         await _put_building(rest, stage, devices)
         await _put_robots(rest, stage, missions, options)
         if options.console is not None:
@@ -124,7 +132,20 @@ async def send_between_floors(options: DemoOptions, cloud: CloudAccess) -> Build
         began = monotonic()
         await run_missions(missions, cloud.url, login.token, options.keep_going)
         seconds = monotonic() - began
+    if options.picture is not None:
+        _draw(options.picture, stage, missions, track)
     return _report(seconds, missions, rides.rides)
+
+
+def _draw(picture: Path, stage: BuildingStage, missions: list[FloorMission], track: BuildingTrack) -> None:
+    floors = [
+        RunFloor(floor.name, floor.elevation, stage.grids[floor.name], geojson_of(stage.zones[floor.name]))
+        for floor in stage.simulated.layout.building.floors
+    ]
+    robots = [
+        RobotRun(mission.robot, each.heights, each.ways) for mission, each in zip(missions, track.robots, strict=True)
+    ]
+    write_run(picture, floors, robots, track.cars)
 
 
 def _report(seconds: float, missions: list[FloorMission], rides: list[LoggedRide]) -> BuildingReport:

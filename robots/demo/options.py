@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ class DemoOptions:
         Sensor that detects people: ``camera`` or ``laser``.
     traffic : bool
         Whether the robots take part in the traffic of the map.
+    picture : Path, optional
+        PNG file for a picture of the run, in the demo of a building.
     """
 
     robots: int = 3
@@ -69,6 +72,7 @@ class DemoOptions:
     on_robot: bool = True
     sensor: str = "camera"
     traffic: bool = False
+    picture: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from tests.support.cloud.cloud import RunningCloud, running_cloud
 @pytest.fixture(scope="session")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
     """Return a running cloud, stopped cleanly at the end; clones do not outlive a test."""
-    with running_cloud(tmp_path_factory.mktemp("cloud"), "--linger", "0.2") as running:
+    with running_cloud(tmp_path_factory.mktemp("cloud"), "--linger", "0.2", "--device-host", "127.0.0.1") as running:
         yield running
 
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.journey
 async def test_a_robot_of_the_demo_rides_to_its_goal(cloud: RunningCloud) -> None:
     lines: list[str] = []
     report = await send_between_floors(
-        DemoOptions(robots=1, goals=1, seed=1, write=lines.append),
+        DemoOptions(robots=1, goals=1, seed=2, write=lines.append),
         CloudAccess(cloud.url, "admin", ADMIN_PASSWORD),
     )
     assert report.passed, report

@@ -77,6 +77,11 @@ class SimulatedLift:
         self._dwells_until = now
         self._next_trip = self._draw_trip(now)
 
+    @property
+    def height(self) -> float:
+        """Height of the car [m]."""
+        return self._height
+
     # -- what is done to it --------------------------------------------------------------------------------------------
 
     def request(self, request: LiftRequest, now: float) -> None:

@@ -65,6 +65,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--explorers", type=whole(), default=1, help="with --explore: robots that explore at once (%(default)s)"
     )
+    parser.add_argument(
+        "--picture", type=Path, metavar="FILE.png", help="with building: draw the floors, the ways and the rides"
+    )
     _configure_people(parser)
     parser.add_argument("--seed", type=int, default=0, help="seed of the courses (%(default)s)")
     parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
@@ -96,14 +99,13 @@ def _configure_people(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 only if every goal was reached, or somebody was followed, without a contact."""
+    _check_building(arguments)
     if arguments.keep_going and not sys.stdout.isatty():
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
     if arguments.show == FLEET and arguments.explore:
         raise InvalidParameter("the demo of a fleet has no explorers, whose map is new: leave out --explore")
-    if arguments.show == BUILDING and (arguments.explore or arguments.map):
-        raise InvalidParameter("the demo of a building makes its maps: leave out --explore and --map")
     if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
         raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
     if arguments.show != PEOPLE and any(getattr(arguments, name) != value for name, value in FOR_PEOPLE.items()):
@@ -117,6 +119,18 @@ def run(arguments: argparse.Namespace) -> int:
     if (arguments.cloud is None) != (arguments.admin_password_file is None):
         raise InvalidParameter("--cloud and --admin-password-file must be given together")
     return event_loop.run(_run(arguments))
+
+
+def _check_building(arguments: argparse.Namespace) -> None:
+    """Check the options of the demo of a building."""
+    if arguments.show == BUILDING and (arguments.explore or arguments.map):
+        raise InvalidParameter("the demo of a building makes its maps: leave out --explore and --map")
+    if arguments.picture is not None:
+        if arguments.show != BUILDING:
+            raise InvalidParameter("--picture is of the demo of a building: run 'ppaas demo building'")
+        from robots.pictures.figure_file import check_figure  # noqa: PLC0415 - pictures need more than the base install
+
+        check_figure(arguments.picture)
 
 
 async def _run(arguments: argparse.Namespace) -> int:
@@ -158,6 +172,7 @@ def _options(arguments: argparse.Namespace, console: "Console") -> "DemoOptions"
         on_robot=arguments.detectors == "robot",
         sensor=arguments.sensor,
         traffic=arguments.show == FLEET,
+        picture=arguments.picture,
     )
 
 

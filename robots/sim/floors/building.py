@@ -138,6 +138,13 @@ class SimulatedBuilding:
         """Return the floor on which a robot is; in a car, the nearest one."""
         return next(name for name, world in self.floors.items() if robot in world.robots)
 
+    def height_of(self, robot: SimulatedRobot) -> float:
+        """Return the height of a robot: of its floor, or of the car that it is in [m]."""
+        for car in self.cars.values():
+            if car.carries(robot):
+                return car.lift.height
+        return levels_of(self.layout.building)[self.floor_of(robot)]
+
     def step(self) -> None:
         """Simulate one step of all floors, lifts and doors."""
         self.steps += 1

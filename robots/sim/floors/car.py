@@ -39,12 +39,11 @@ class SimulatedCar:
             self._doorways[landing.floor].append(Doorway(worlds[landing.floor], landing.door.ends))
         self._floor = ""
 
-    def riders(self) -> list[SimulatedRobot]:
-        """Return the robots in the car."""
+    def carries(self, robot: SimulatedRobot) -> bool:
+        """Return whether a robot is in the car."""
         landing = self._landings.get(self._floor)
-        if landing is None:
-            return []
-        return [robot for robot in self._worlds[self._floor].robots if is_inside(landing, robot.base.pose)]
+        is_here = landing is not None and robot in self._worlds[self._floor].robots
+        return landing is not None and is_here and is_inside(landing, robot.base.pose)
 
     def step(self, now: float) -> None:
         """Follow the lift at a time [s]."""
@@ -58,7 +57,7 @@ class SimulatedCar:
                 doorway.follow(stands_open and floor == self._floor)
 
     def _carry_to(self, floor: str) -> None:
-        riders = self.riders()
+        riders = [robot for world in self._worlds.values() for robot in world.robots if self.carries(robot)]
         origin, self._floor = self._floor, floor
         for robot in riders:
             pose = carried(self._building, self._landings[origin], self._landings[floor], robot.base.pose)

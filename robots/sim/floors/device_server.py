@@ -22,6 +22,7 @@ from ppaas.buildings.building import Building
 from ppaas.buildings.doors.states import DoorRequest
 from ppaas.buildings.lifts.states import EndSession, LiftRequest
 from ppaas.decoding import from_json
+from ppaas.errors import Unavailable
 from robots.sim.floors.building import SimulatedBuilding
 
 LARGEST = 4096
@@ -65,11 +66,19 @@ class DeviceServer:
     ----------
     url : str
         Root of the URLs of the devices.
+
+    Raises
+    ------
+    Unavailable
+        The port is not free.
     """
 
     def __init__(self, building: SimulatedBuilding, host: str = "127.0.0.1", port: int = 0) -> None:
         self._building = building
-        self._server = _Server((host, port), partial(_Requests, self._answered))
+        try:
+            self._server = _Server((host, port), partial(_Requests, self._answered))
+        except (OSError, OverflowError) as error:
+            raise Unavailable(f"the simulated lifts and doors cannot be served at {host}:{port}: {error}") from error
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._lifts = {f"/lifts/{quote(name, safe='')}": name for name in building.lifts}

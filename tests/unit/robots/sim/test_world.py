@@ -218,6 +218,7 @@ READERS_OF_THE_TRUTH = {
     "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
     "robots/sim/pedestrian.py", "robots/sim/actors.py", "robots/demo/scorer.py",
     "robots/sim/floors/car.py",  # carries robots that are in it
+    "robots/sim/floors/ride_log.py", "robots/sim/floors/track.py",  # score and draw runs
     "benchmarks/localization/run.py",  # scores localization, and drives by the true pose
     "benchmarks/localization/crowd.py",  # places people around the true position of the robot
     # score goals, and draw how they went

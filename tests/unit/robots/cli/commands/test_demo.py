@@ -74,6 +74,13 @@ def test_a_building_goes_without_explorers_and_makes_its_maps(arguments: tuple[s
         demo.run(parse("building", *arguments))
 
 
+def test_only_the_demo_of_a_building_draws_and_only_png_files() -> None:
+    with pytest.raises(InvalidParameter, match="run 'ppaas demo building'"):
+        demo.run(parse("--picture", "run.png"))
+    with pytest.raises(InvalidInput, match="PNG"):
+        demo.run(parse("building", "--picture", "run.svg"))
+
+
 @pytest.mark.parametrize("arguments", [("--people", "2"), ("--sensor", "laser"), ("--explore", "--seconds", "5")])
 def test_options_of_the_demo_of_people_are_refused_elsewhere(arguments: tuple[str, ...]) -> None:
     with pytest.raises(InvalidParameter, match="run 'ppaas demo people'"):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ppaas.errors import NotAuthenticated, NotFound
+from ppaas.errors import InvalidParameter, NotAuthenticated, NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import save_map
 from robots.cli.command_parser import CommandParser
@@ -44,6 +44,30 @@ def test_a_missing_token_error_names_the_login_command(tmp_path: Path, monkeypat
 def test_an_unknown_local_node_is_refused_with_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match=r"unknown local node 'map_server'; known: amcl, auto, depth.*, move_base"):
         simulate.run(parse(tmp_path, "--token", "t", "--local-nodes", "amcl,map_server"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("a.json", "b.json", "--map", "m.yaml"), "several robots and --record go with --building"),
+        (("a.json", "--map", "m.yaml", "--record", "r.json"), "several robots and --record go with --building"),
+        (("a.json", "--building", "house", "--docks", "z.geojson"), "leave out --docks and --local-nodes"),
+        (("a.json", "b.json", "--building", "house", "--id", "a"), "--id names one robot"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(arguments: tuple[str, ...], text: str) -> None:
+    parser = CommandParser()
+    simulate.configure(parser)
+    with pytest.raises(InvalidParameter, match=text):
+        simulate.run(parser.parse_args(list(arguments)))
+
+
+def test_a_robot_needs_a_map_or_a_building() -> None:
+    parser = CommandParser()
+    simulate.configure(parser)
+    for more in ((), ("--map", "m.yaml", "--building", "house")):
+        with pytest.raises(SystemExit):
+            parser.parse_args(["a.json", *more])
 
 
 @pytest.mark.journey

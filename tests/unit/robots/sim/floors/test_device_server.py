@@ -11,6 +11,7 @@ from engine.devices.hosts import DeviceHosts
 from engine.devices.opening import open_door, open_lift
 from ppaas.buildings.doors.states import DoorRequest
 from ppaas.buildings.lifts.states import EndSession, LiftRequest
+from ppaas.errors import Unavailable
 from robots.sim.floors.building import SimulatedBuilding
 from robots.sim.floors.device_server import LARGEST, DeviceServer
 from tests.support.device_states import running
@@ -67,6 +68,14 @@ async def test_connections_end_with_the_server() -> None:
                 assert (await pool.request("GET", f"{server.url}/lifts/A")).status == 200
         with pytest.raises(httpcore.ConnectError):
             await pool.request("GET", f"{server.url}/lifts/A")
+
+
+async def test_a_port_that_is_taken_is_refused() -> None:
+    async with served() as (simulated, server):
+        with pytest.raises(Unavailable, match=r"cannot be served at 127\.0\.0\.1:"):
+            DeviceServer(simulated, port=int(server.url.rpartition(":")[2]))
+        with pytest.raises(Unavailable, match="65535"):
+            DeviceServer(simulated, port=70_000)
 
 
 async def test_only_the_devices_of_a_record_change() -> None:
