@@ -41,6 +41,9 @@ TICK = 0.25
 STORE_PAUSE = 1.0
 """Pause before a record that could not be stored is stored again [s]."""
 
+NO_SERVICE = 3600.0
+"""Wait for which a lift counts that serves no robots now [s]: other ways come first."""
+
 RobotOrder = Board | Alight | Pass | Wait | Refuse
 
 
@@ -180,9 +183,14 @@ class BuildingRunner:
 
     # -- what is known -------------------------------------------------------------------------------------------------
 
-    def estimate(self, lift: str, floor: str) -> float:
-        """Return about how long a robot would wait for a lift at a floor [s]; infinite if it serves no robots."""
-        return self.lifts.estimate(lift, floor, self._now())
+    def waits(self, floor: str) -> dict[str, float]:
+        """Return about how long a robot would wait at a floor for each lift [s]; `NO_SERVICE` if it serves no robots."""
+        return {lift: min(self.lifts.estimate(lift, floor, self._now()), NO_SERVICE) for lift in self.lifts.cars}
+
+    def out_of_order(self) -> dict[str, str]:
+        """Return the lifts that are out of order, each with what it reports."""
+        now = self._now()
+        return {lift: car.fault(now) for lift, car in self.lifts.cars.items() if car.is_out_of_order(now)}
 
     def view(self) -> BuildingView:
         """Return the state of lifts and doors."""

@@ -5,7 +5,7 @@ import contextlib
 import logging
 import secrets
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -295,10 +295,10 @@ class JourneyLeader:
             del known[next(iter(known))]
 
     async def _plan(
-        self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place
+        self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place, waits: Mapping[str, float]
     ) -> list[JourneyLeg]:
         heads = await asyncio.to_thread(self._heads, record)
-        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid)))
+        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid), waits=waits))
         start, goal = BuildingSpot(journey.on, *pose), BuildingSpot(journey.floor, *journey.goal)
         [route, *_] = await self._planning.plan(journey.user, scene, start, goal)
         return [

@@ -2,11 +2,11 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner, RobotOrder
+from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner, RobotOrder, steady_epoch
 from engine.control.journeys.kept import KeptJourneys
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
@@ -31,7 +31,7 @@ from ppaas.buildings.journeys.records import (
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
-from ppaas.clock import Clock, epoch
+from ppaas.clock import Clock
 from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ class SiteHooks:
     rider : callable
         Returns the rider of a journey; it calls with each goal that has ended.
     plan : callable
-        Plans the legs of a journey from a pose.
+        Plans the legs of a journey from a pose, given how long the robot would wait for each lift [s].
     keep : callable
         Stores journeys and rides of the building.
     changed : callable
@@ -95,19 +95,20 @@ class SiteHooks:
     """
 
     rider: Callable[[Journey, Callable[[GoalView], None]], Rider]
-    plan: Callable[[Journey, Place], Awaitable[list[JourneyLeg]]]
+    plan: Callable[[Journey, Place, Mapping[str, float]], Awaitable[list[JourneyLeg]]]
     keep: Callable[[list[Journey], list[LiftRide]], Awaitable[None]]
     changed: Callable[[Journey], None]
 
 
 @dataclass(slots=True)
 class _Traveller:
-    """A journey that is led: its machine, its robot, orders that wait, and the floor that its clone goes to."""
+    """A journey that is led: its machine, its robot, orders that wait, the floor of its clone, its last known record."""
 
     machine: JourneyMachine
     rider: Rider
     orders: asyncio.Queue[JourneyOrder] = field(default_factory=asyncio.Queue)
     moving: str = ""
+    known: Journey | None = None
 
 
 def robot_name(journey: Journey) -> str:
@@ -128,6 +129,8 @@ class JourneySite:
         Hosts that devices may have.
     kept : KeptJourneys
         What is stored; stored journeys go on.
+    clock : Clock, optional
+        Clock of journeys, lifts and doors [s since the epoch].
     """
 
     def __init__(
@@ -138,15 +141,16 @@ class JourneySite:
         hosts: DeviceHosts,
         *,
         kept: KeptJourneys,
-        clock: Clock = epoch,
+        clock: Clock | None = None,
     ) -> None:
-        self._layout, self._hooks, self._clock = layout, hooks, clock
+        self._layout, self._hooks = layout, hooks
+        self._clock = steady_epoch() if clock is None else clock
         self._rides = {ride.robot: ride for ride in kept.rides}
         self._travellers: dict[str, _Traveller] = {}
         self._background = Background()
         self._saving = asyncio.Lock()
         runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected)
-        self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides)
+        self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides, clock=self._clock)
         for journey in kept.journeys:
             self.begin(journey)
 
@@ -196,9 +200,12 @@ class JourneySite:
     # -- events --------------------------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Tell journeys where their robots are, and which doors have closed."""
+        """Tell journeys where their robots are, which doors have closed, and which lifts are out of order."""
+        broken = self.runner.out_of_order()
         for traveller in tuple(self._travellers.values()):
             machine, rider = traveller.machine, traveller.rider
+            for lift, text in broken.items():
+                self._take(traveller, machine.lift_lost(lift, text, self._clock()))
             pose, floor = rider.pose, self._layout.building.floor_of_map(rider.map)
             if floor is None or pose is None:
                 continue
@@ -206,9 +213,9 @@ class JourneySite:
                 continue
             traveller.moving = ""
             self._take(traveller, machine.on_floor(floor.name))
-            machine.seen_at(floor.name, pose)
+            self._take(traveller, machine.seen_at(floor.name, pose, self._clock()))
             if machine.journey.phase == "inside" and self._is_shut(machine.journey.now.name):
-                self._take(traveller, machine.doors_closed())
+                self._take(traveller, machine.doors_closed(self.runner.lifts.target(machine.journey.now.name)))
 
     def _is_shut(self, lift: str) -> bool:
         car = self.runner.lifts.cars.get(lift)
@@ -235,6 +242,9 @@ class JourneySite:
     # -- orders --------------------------------------------------------------------------------------------------------
 
     def _take(self, traveller: _Traveller, orders: list[JourneyOrder]) -> None:
+        before, traveller.known = traveller.known, traveller.machine.journey
+        if not orders and before is traveller.known:
+            return
         for order in orders:
             traveller.orders.put_nowait(order)
             if isinstance(order, ChangeFloor):
@@ -297,7 +307,7 @@ class JourneySite:
         if pose is None or traveller.moving:
             raise Unavailable("it is not localized yet")
         try:
-            legs = await self._hooks.plan(machine.journey, pose)
+            legs = await self._hooks.plan(machine.journey, pose, self.runner.waits(machine.journey.on))
         except PPaaSError as error:
             self._take(traveller, machine.no_plan(number, str(error), self._clock()))
         else:

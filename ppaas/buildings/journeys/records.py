@@ -64,6 +64,8 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
         Number of goals of this leg that have failed.
     plans : int
         Number of plans.
+    place : int
+        Its place in the car of the lift.
     out : str
         Floor at which the robot leaves the lift; empty while it does not.
     avoid : tuple of str
@@ -92,6 +94,7 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
     sent: int = 0
     failures: int = 0
     plans: int = 0
+    place: int = 0
     out: str = ""
     avoid: tuple[str, ...] = ()
     cancelled: bool = False

@@ -34,12 +34,15 @@ class Traveller:
         Whether it climbs stairs.
     avoid : frozenset of str
         Ids of lifts and ways that it does not take.
+    waits : mapping of str to float
+        Time until the car of a lift stands open where it is, where that is known better than by its usual wait [s].
     """
 
     speed: float = 0.5
     labels: Mapping[str, str] = field(default_factory=dict)
     stairs: bool = False
     avoid: frozenset[str] = frozenset()
+    waits: Mapping[str, float] = field(default_factory=dict)
 
     def may_take(self, link: BuildingLink) -> bool:
         """Return whether it may take a lift or a way."""
@@ -236,7 +239,15 @@ class BuildingTimes:
 
     def seconds_of(self, link: BuildingLink) -> float:
         """Return the time that a link takes [s]."""
-        return link.seconds + link.metres / self.traveller.speed + STEP
+        seconds = link.seconds + link.metres / self.traveller.speed + STEP
+        if link.way is None and link.name in self.traveller.waits and self._is_ride(link):
+            usual = self.network.layout.building.lift(link.name).wait
+            seconds += self.traveller.waits[link.name] - usual
+        return seconds
+
+    def _is_ride(self, link: BuildingLink) -> bool:
+        """Return whether a link is a ride in a lift from floor to floor, which begins with a wait."""
+        return self.network.junctions[link.start].floor != self.network.junctions[link.goal].floor
 
     def _floor_moves(self, floor: int) -> Matrix:
         moves = self.state.lengths[floor] / self.traveller.speed + STEP

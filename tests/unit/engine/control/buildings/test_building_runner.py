@@ -68,7 +68,7 @@ async def test_a_robot_rides_in_a_simulated_lift():
     async with running(master.runner()) as runner:
         await ride(master, runner)
         await until(lambda: runner.view().lifts[0].session == "")
-        assert runner.estimate("A", "L1") < 10.0
+        assert runner.waits("L1")["A"] < 10.0
 
 
 async def test_a_robot_rides_in_a_lift_behind_http_and_the_view_shows_it():

@@ -1,7 +1,7 @@
 """Sites: the orders of journeys are obeyed, also when a store, a robot or a plan is not there at once."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
@@ -93,7 +93,7 @@ class Around:
         self.robot.ended = ended
         return self.robot
 
-    async def plan(self, journey: Journey, pose: Place) -> list[JourneyLeg]:
+    async def plan(self, journey: Journey, pose: Place, waits: Mapping[str, float]) -> list[JourneyLeg]:
         if self.plan_error is not None:
             raise self.plan_error
         return LEGS if journey.on == "L1" else LEGS[2:]
