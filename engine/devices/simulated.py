@@ -11,14 +11,19 @@ from ppaas.buildings.doors.simulated import SimulatedDoor
 from ppaas.buildings.doors.states import DoorRequest, DoorState
 from ppaas.buildings.lifts.simulated import LiftModel, SimulatedLift
 from ppaas.buildings.lifts.states import EndSession, LiftRequest, LiftState
-from ppaas.clock import epoch
 
 REPORT = 0.25
 """Time between two states [s]."""
 
+NEVER = 1e9
+"""Time after which nothing breaks [s]."""
+
 
 class SimDriver(DeviceDriver):
-    """Driver of ``sim:``; options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share) and ``seed``."""
+    """Driver of ``sim:``.
+
+    Options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share), ``seed``, and ``breaks`` (seconds).
+    """
 
     remote: ClassVar[bool] = False
 
@@ -26,20 +31,21 @@ class SimDriver(DeviceDriver):
         self, url: DeviceUrl, settings: LiftSettings, levels: Mapping[str, float], hosts: DeviceHosts
     ) -> LiftDevice:
         """Return a simulated lift."""
-        url.check_options("people", "wrong_floor", "seed")
+        url.check_options("people", "wrong_floor", "seed", "breaks")
         model = LiftModel(
             speed=settings.speed,
             doors=settings.doors,
             people=url.number("people", 0.0, 0.0, 3600.0),
             wrong_floor=url.number("wrong_floor", 0.0, 0.0, 1.0),
             seed=int(url.number("seed", 0, 0, 2**31)),
+            breaks=url.number("breaks", NEVER, 0.0, NEVER),
         )
-        return _SimLift(SimulatedLift(settings.lift, levels, epoch(), model))
+        return _SimLift(SimulatedLift(settings.lift, levels, _now(), model))
 
     def door(self, url: DeviceUrl, settings: DoorSettings, hosts: DeviceHosts) -> DoorDevice:
         """Return a simulated door."""
         url.check_options()
-        return _SimDoor(SimulatedDoor(settings.floor, settings.door, epoch(), settings.opens))
+        return _SimDoor(SimulatedDoor(settings.floor, settings.door, _now(), settings.opens))
 
 
 class _SimLift(LiftDevice):
@@ -48,14 +54,14 @@ class _SimLift(LiftDevice):
 
     async def run(self, report: Callable[[LiftState], None]) -> None:
         while True:
-            report(self._lift.state(epoch()))
+            report(self._lift.state(_now()))
             await asyncio.sleep(REPORT)
 
     async def send(self, order: LiftRequest | EndSession) -> None:
         if isinstance(order, EndSession):
-            self._lift.end(order, epoch())
+            self._lift.end(order, _now())
         else:
-            self._lift.request(order, epoch())
+            self._lift.request(order, _now())
 
 
 class _SimDoor(DoorDevice):
@@ -64,8 +70,13 @@ class _SimDoor(DoorDevice):
 
     async def run(self, report: Callable[[DoorState], None]) -> None:
         while True:
-            report(self._door.state(epoch()))
+            report(self._door.state(_now()))
             await asyncio.sleep(REPORT)
 
     async def send(self, order: DoorRequest) -> None:
-        self._door.request(order, epoch())
+        self._door.request(order, _now())
+
+
+def _now() -> float:
+    """Return the time by the event loop [s], which goes on evenly when the computer's clock is set."""
+    return asyncio.get_running_loop().time()

@@ -57,7 +57,7 @@ class LifelongPlan:
         self._roadmap = roadmap
         distances = np.empty((len(starts), len(roadmap)), np.int16)
         self._sizes = sizes if len(roadmap.barred) else None
-        self._of_size = [roadmap.for_size(size) for size in range(len(roadmap.barred))]
+        self._of_size: dict[int, Roadmap] = {}
         self._board = board_of(roadmap, distances, NO_GUIDE, starts.astype(np.int32), self._sizes)
         self._step = step_of(self._board, starts, seed)
         self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
@@ -103,13 +103,18 @@ class LifelongPlan:
 
     def roadmap_of(self, robot: int) -> Roadmap:
         """Return the roadmap without the moves into cells that a robot does not enter."""
-        return self._roadmap if self._sizes is None else self._of_size[self._sizes[robot]]
+        if self._sizes is None:
+            return self._roadmap
+        size = int(self._sizes[robot])
+        if size not in self._of_size:
+            self._of_size[size] = self._roadmap.for_size(size)
+        return self._of_size[size]
 
     def can_reach(self, robot: int) -> bool:
         """Return whether there is a way from a robot's cell to its goal."""
         return bool(self._board.distances[robot, self._step.at[robot]] < UNREACHABLE)
 
-    def set_goal(self, robot: int, cell: int, age: int = 0) -> None:
+    def set_goal(self, robot: int, cell: int, age: int = 0, size: int | None = None) -> None:
         """Give a robot a new goal.
 
         Parameters
@@ -117,12 +122,16 @@ class LifelongPlan:
         robot, cell : int
         age : int
             Number of steps for which it has been open already, in another plan.
+        size : int, optional
+            Row of ``roadmap.barred`` that holds for the robot from now on; by default the one before.
 
         Raises
         ------
         InvalidInput
             The map is too large (``distances_from``).
         """
+        if size is not None and self._sizes is not None:
+            self._sizes[robot] = size
         self._board.goals[robot] = cell
         self._ages[robot] = self._ages[robot] % 1.0 + age
         self._board.distances[robot] = distances_from(self.roadmap_of(robot), np.array([cell], np.int32))[0]

@@ -111,7 +111,7 @@ def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
     taken = set(ends)
     for member in joined:
         if not member.chain:
-            near = cells_near(occupancy, member)
+            near = cells_to_begin(occupancy, member)
             free = [cell for cell in near if cell not in taken and not _is_granted(occupancy, cell, member.name)]
             if free:
                 heads[member.name] = free[0]
@@ -123,6 +123,20 @@ def cells_near(occupancy: Occupancy, member: Member) -> list[Cell]:
     """Return the cells to which a robot without a way may be led, the nearest one first."""
     report, cells = member.report, occupancy.cells
     return cells.nearby(report.x, report.y, REACH * cells.spacing, occupancy.size_of(member))
+
+
+def cells_to_begin(occupancy: Occupancy, member: Member) -> list[Cell]:
+    """Return the cells to which a robot without a way is led, nearest first: none in or out of a car of a lift.
+
+    With a goal on the other side of the door, it may be led there too.
+    """
+    rules, near = occupancy.rules, cells_near(occupancy, member)
+    cars = {rules.car_of(cell) for cell in member.base} - {None}
+    if member.report.goal_id:
+        goal = member.report.goal
+        cars |= {rules.car_of(occupancy.cells.closest(goal.x, goal.y))}
+        return [cell for cell in near if rules.car_of(cell) in cars | {None}]
+    return [cell for cell in near if rules.car_of(cell) in (cars or {None})]
 
 
 def _is_granted(occupancy: Occupancy, cell: Cell, but: str) -> bool:
@@ -330,7 +344,8 @@ class TrafficCoordinator:
         if plan.aim(member, cell, now):
             return
         member.no_way = goal_id
-        if not is_connected(self.occupancy.rules.roadmap.for_size(size), plan.end_of(member), cell):
+        kind = self.occupancy.rules.kind(size, plan.end_of(member), cell)
+        if not is_connected(self.occupancy.rules.roadmap.for_size(kind), plan.end_of(member), cell):
             closed = is_connected(cells.roadmap.for_size(size), plan.end_of(member), cell)
             why = ": zones of the map close it" if closed else ""
             member.refused = goal_id, f"there is no way to it for the robots of the traffic{why}"

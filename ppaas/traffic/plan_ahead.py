@@ -68,7 +68,8 @@ class PlanAhead:
         self._index = {name: index for index, name in enumerate(heads)}
         self._rules = rules
         starts = np.fromiter(heads.values(), np.int32, len(heads))
-        own = np.fromiter((sizes[name] for name in heads), np.int8, len(heads))
+        self._sizes = sizes
+        own = np.fromiter((rules.kind(sizes[name], cell, None) for name, cell in heads.items()), np.int8, len(heads))
         self._plan = LifelongPlan(rules.roadmap, starts, seed, own)
         self._turns: defaultdict[Cell, deque[str]] = defaultdict(deque)
         self._turns_into: defaultdict[Area, deque[str]] = defaultdict(deque)
@@ -86,7 +87,8 @@ class PlanAhead:
     def aim(self, member: Member, cell: Cell, now: float) -> bool:
         """Plan a robot to a cell from now on; return whether there is a way."""
         index = self._index[member.name]
-        self._plan.set_goal(index, cell, max(int((now - member.goal_since) / STEP), 0))
+        kind = self._rules.kind(self._sizes[member.name], self.end_of(member), cell)
+        self._plan.set_goal(index, cell, max(int((now - member.goal_since) / STEP), 0), kind)
         if self._plan.can_reach(index):
             self._mark_arrival(member, index)
             return True
@@ -100,8 +102,8 @@ class PlanAhead:
 
     def rest(self, member: Member) -> None:
         """Plan no goal for a robot: it gives way to others, and leaves zones in which robots do not stop."""
-        index = self._index[member.name]
-        self._plan.set_goal(index, self._near_stop(member))
+        kind = self._rules.kind(self._sizes[member.name], self.end_of(member), None)
+        self._plan.set_goal(self._index[member.name], self._near_stop(member), size=kind)
         member.aim = ""
 
     def _make_room(self) -> None:

@@ -42,6 +42,9 @@ TICK = 0.25
 STORE_PAUSE = 1.0
 """Pause before a record that could not be stored is stored again [s]."""
 
+NO_SERVICE = 3600.0
+"""Wait for which a lift counts that serves no robots now [s]: other ways come first."""
+
 RobotOrder = Board | Alight | Pass | Wait | Refuse
 
 BuildingAlert = LiftAlert | DoorAlert | FaultChange
@@ -192,6 +195,11 @@ class BuildingRunner:
     def has_heard_all(self) -> bool:
         """Whether each lift and each door has reported a state."""
         return None not in {*(car.state for car in self.lifts.cars.values()), *self.doors.states.values()}
+
+    def out_of_order(self) -> dict[str, str]:
+        """Return the lifts that are out of order, each with what it reports."""
+        now = self._now()
+        return {lift: car.fault(now) for lift, car in self.lifts.cars.items() if car.is_out_of_order(now)}
 
     def view(self) -> BuildingView:
         """Return the state of lifts and doors."""

@@ -7,7 +7,13 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from engine.control.buildings.building_runner import BuildingAlert, BuildingHooks, BuildingRunner, RobotOrder
+from engine.control.buildings.building_runner import (
+    BuildingAlert,
+    BuildingHooks,
+    BuildingRunner,
+    RobotOrder,
+    steady_epoch,
+)
 from engine.control.journeys.floor_parts import floor_request
 from engine.control.journeys.kept import KeptJourneys
 from engine.control.journeys.views import JourneyView, LiftWait, SiteView
@@ -35,7 +41,7 @@ from ppaas.buildings.journeys.records import (
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
-from ppaas.clock import Clock, epoch
+from ppaas.clock import Clock
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
 
@@ -126,12 +132,13 @@ class SiteHooks:
 
 @dataclass(slots=True)
 class _Traveller:
-    """A journey that is led: its machine, its robot, orders that wait, and the floor that its clone goes to."""
+    """A journey that is led: its machine, its robot, orders that wait, where its clone goes, and its last record."""
 
     machine: JourneyMachine
     rider: Rider
     orders: asyncio.Queue[JourneyOrder] = field(default_factory=asyncio.Queue)
     moving: str = ""
+    known: Journey | None = None
 
 
 def robot_name(journey: Journey) -> str:
@@ -153,6 +160,8 @@ class JourneySite:
         Hosts that devices may have.
     kept : KeptJourneys
         What is stored; stored journeys go on.
+    clock : Clock, optional
+        Clock of journeys, lifts and doors [s since the epoch].
     """
 
     def __init__(
@@ -163,16 +172,17 @@ class JourneySite:
         hosts: DeviceHosts,
         *,
         kept: KeptJourneys,
-        clock: Clock = epoch,
+        clock: Clock | None = None,
     ) -> None:
-        self.layout, self._hooks, self._clock = layout, hooks, clock
+        self.layout, self._hooks = layout, hooks
+        self._clock = steady_epoch() if clock is None else clock
         self._rides = {ride.robot: ride for ride in kept.rides}
         self._travellers: dict[str, _Traveller] = {}
         self._ended: deque[Journey] = deque(maxlen=ENDED)
         self._background = Background()
         self._saving = asyncio.Lock()
         runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected, hooks.alert)
-        self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides)
+        self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides, clock=self._clock)
         for journey in kept.journeys:
             self.begin(journey)
 
@@ -235,9 +245,12 @@ class JourneySite:
     # -- events --------------------------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Tell journeys where their robots are, and which doors have closed."""
+        """Tell journeys where their robots are, which doors have closed, and which lifts are out of order."""
+        broken = self.runner.out_of_order()
         for traveller in tuple(self._travellers.values()):
             machine, rider = traveller.machine, traveller.rider
+            for lift, text in broken.items():
+                self._take(traveller, machine.lift_lost(lift, text, self._clock()))
             pose, floor = rider.pose, self.layout.building.floor_of_map(rider.map)
             if floor is None or pose is None:
                 continue
@@ -245,9 +258,9 @@ class JourneySite:
                 continue
             traveller.moving = ""
             self._take(traveller, machine.on_floor(floor.name))
-            machine.seen_at(floor.name, pose)
+            self._take(traveller, machine.seen_at(floor.name, pose, self._clock()))
             if machine.journey.phase == "inside" and self._is_shut(machine.journey.now.name):
-                self._take(traveller, machine.doors_closed())
+                self._take(traveller, machine.doors_closed(self.runner.lifts.target(machine.journey.now.name)))
 
     def _is_shut(self, lift: str) -> bool:
         car = self.runner.lifts.cars.get(lift)
@@ -274,6 +287,9 @@ class JourneySite:
     # -- orders --------------------------------------------------------------------------------------------------------
 
     def _take(self, traveller: _Traveller, orders: list[JourneyOrder]) -> None:
+        before, traveller.known = traveller.known, traveller.machine.journey
+        if not orders and before is traveller.known:
+            return
         for order in orders:
             traveller.orders.put_nowait(order)
             if isinstance(order, ChangeFloor):

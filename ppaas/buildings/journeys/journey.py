@@ -5,12 +5,13 @@ from a stored record repeats the orders that may not have been obeyed: goals of 
 controllers know, and a change of map that may have happened already.
 """
 
+import math
 from collections.abc import Iterable
 
 from msgspec.structs import replace
 
 from ppaas.buildings.doors.states import Pass
-from ppaas.buildings.journeys.places import find_landing, pose_on, target_of
+from ppaas.buildings.journeys.places import find_landing, landing_of, pose_on, target_of
 from ppaas.buildings.journeys.records import (
     AskForDoor,
     AskForLift,
@@ -29,13 +30,20 @@ from ppaas.buildings.journeys.records import (
     LookForFloor,
     SendGoal,
 )
-from ppaas.buildings.layout import BuildingLayout
+from ppaas.buildings.layout import BuildingLayout, Landing
 from ppaas.buildings.lifts.states import Alight, Board, Refuse, Wait
+from ppaas.buildings.riding.car_frame import is_inside
 from ppaas.geometry import Pose2D
 from ppaas.tasks.records import Place
 
 TRIES = 4
 """Number of goals of a leg that may fail; then the journey is planned again, and in the end fails."""
+
+CLEAR = 0.6
+"""Distance from the door of a lift from which a robot is clear of it [m]: others pass, and it drives on."""
+
+NEAR_LIFT = 3.0
+"""Distance from its place before a lift from which a robot asks for the car, on its way there [m]."""
 
 MOST_PLANS = 8
 """Number of plans after which a journey fails: the building does not let it through."""
@@ -68,15 +76,49 @@ class JourneyMachine:
         self.journey = journey
         self._layout = layout
         self._seen: tuple[str, Pose2D] | None = None
+        self._drives_in = False
+        self._lost: set[str] = set()
 
     @property
     def is_over(self) -> bool:
         """Whether it has ended."""
         return self.journey.state != "active"
 
-    def seen_at(self, floor: str, pose: Place) -> None:
-        """Note where the robot is, on the map of the floor that its clone is on."""
+    def seen_at(self, floor: str, pose: Place, now: float) -> Orders:
+        """Note where the robot is, on the map of the floor that its clone is on.
+
+        One that nears a lift asks for it; one that is clear of its doors makes way for others, and drives on.
+        """
         self._seen = floor, Pose2D(*pose)
+        journey = self.journey
+        if self.is_over or floor != journey.on:
+            return []
+        match journey.phase:
+            case "driving" if journey.now.kind == "drive" and self._is_near_lift(pose):
+                return self._next_leg(now)
+            case "boarding" if self._past_door(floor) < -CLEAR and is_inside(self._landing(floor), self._seen[1]):
+                self._drives_in = True
+                return self._entered()
+            case "alighting" if (
+                journey.found and not journey.cancelled and floor == journey.out == journey.now.to_floor
+            ):
+                return [LeftCar(), *self._ridden(now)] if self._past_door(floor) > CLEAR else []
+            case _:
+                return []
+
+    def _is_near_lift(self, pose: Place) -> bool:
+        following = self.journey.legs[self.journey.leg + 1 : self.journey.leg + 2]
+        return any(leg.kind == "lift" and math.dist(pose[:2], leg.start[:2]) < NEAR_LIFT for leg in following)
+
+    def _landing(self, floor: str) -> Landing:
+        return landing_of(self._layout, self.journey.now, floor)
+
+    def _past_door(self, floor: str) -> float:
+        """Return how far outside of the door of the lift of this leg the robot is [m]; negative inside."""
+        landing = self._landing(floor)
+        assert self._seen is not None, "it was seen"
+        (x, y), yaw = landing.door.middle, landing.car[2]
+        return float((self._seen[1].x - x) * math.cos(yaw) + (self._seen[1].y - y) * math.sin(yaw))
 
     # -- begin, plans, end ---------------------------------------------------------------------------------------------
 
@@ -133,6 +175,12 @@ class JourneyMachine:
         self._set(state=state, text=text, ended=now)
         return [Keep(self.journey)]
 
+    def _call_off(self) -> Orders:
+        """Cancel the goal of the robot, whose end does not concern the journey any more."""
+        cancelled = CancelGoal(self.journey.goal_id)
+        self._set(sent=self.journey.sent + 1)
+        return [cancelled]
+
     def _plan_again(self, text: str, now: float, *avoid: str) -> Orders:
         """Plan from where the robot is, without what has refused it."""
         journey = self.journey
@@ -148,7 +196,7 @@ class JourneyMachine:
             case "driving" | "crossing" | "looking":
                 return [CancelGoal(self.journey.goal_id)]
             case "waiting" if self.journey.now.kind == "lift":
-                return [CancelRide()]
+                return [CancelGoal(self.journey.goal_id), CancelRide()]
             case _:
                 return []
 
@@ -197,6 +245,7 @@ class JourneyMachine:
     def goal_ended(self, goal_id: str, reached: bool, text: str, now: float) -> Orders:
         """Note the end of a goal; goals that were sent before the last are ignored."""
         journey = self.journey
+        self._drives_in &= goal_id != journey.goal_id
         moves = journey.phase in ("driving", "boarding", "alighting", "looking", "crossing")
         looks_round = journey.phase == "looking" and not journey.found
         if self.is_over or goal_id != journey.goal_id or not moves or looks_round:
@@ -207,8 +256,7 @@ class JourneyMachine:
         journey = self.journey
         match journey.phase:
             case "boarding":
-                self._set(phase="inside", failures=0)
-                return [Keep(self.journey), EnteredCar()]
+                return self._entered()
             case "alighting" if journey.cancelled:
                 return [LeftCar(), *self._end("canceled", "it was cancelled", now)]
             case "alighting" if not journey.found:
@@ -221,6 +269,10 @@ class JourneyMachine:
                 return [DoorPassed(journey.now.floor, journey.now.name), *self._next_leg(now)]
             case _:
                 return self._next_leg(now)
+
+    def _entered(self) -> Orders:
+        self._set(phase="inside", failures=0)
+        return [Keep(self.journey), EnteredCar()]
 
     def _ridden(self, now: float) -> Orders:
         """Go on after a ride, from the floor on which the robot has left the car."""
@@ -253,8 +305,8 @@ class JourneyMachine:
         waits_for = self.journey.now.kind if self.journey.phase == "waiting" else ""
         orders: Orders = []
         match order:
-            case Board() if waits_for == "lift":
-                self._set(phase="boarding", text="")
+            case Board(place=place) if waits_for == "lift":
+                self._set(phase="boarding", place=place, text="")
                 orders = self._send()
             case Pass() if waits_for == "door":
                 self._set(phase="driving", text="")
@@ -270,8 +322,17 @@ class JourneyMachine:
     def _refused(self, reason: str, now: float) -> Orders:
         if self.journey.is_aboard and self.journey.phase != "boarding":
             return []  # it is led out by another order, or people see to it
-        orders: Orders = [CancelGoal(self.journey.goal_id)] if self.journey.phase == "boarding" else []
+        orders = self._call_off() if self.journey.phase == "boarding" else []
         return [*orders, *self._plan_again(reason, now, self.journey.now.name)]
+
+    def lift_lost(self, lift: str, text: str, now: float) -> Orders:
+        """Note that a lift is out of order: a robot that drives towards it takes another way, if there is one."""
+        journey = self.journey
+        ahead = [leg.name for leg in journey.legs[journey.leg :] if leg.kind == "lift"]
+        if self.is_over or journey.phase != "driving" or lift not in ahead or lift in self._lost:
+            return []
+        self._lost.add(lift)
+        return [*self._call_off(), *self._plan_again(text, now, lift)]
 
     def _alight(self, floor: str) -> Orders:
         """Leave the car: the clone goes to the map of the floor first, if it is on another one."""
@@ -284,20 +345,27 @@ class JourneyMachine:
             return []
         if (journey.phase == "alighting" and journey.out == floor) or journey.lied == floor:
             return []
-        orders: Orders = [CancelGoal(journey.goal_id)] if journey.phase in ("boarding", "alighting") else []
+        drives = self._drives_in or journey.phase in ("boarding", "alighting")
+        orders: Orders = [CancelGoal(journey.goal_id)] if drives else []
         if floor != journey.on:
             self._set(phase="inside", out=floor, found="", lied="")
             return [*orders, Keep(self.journey), self._change(floor)]
-        found = floor if journey.phase == "boarding" else ""  # then the car has not moved
+        found = floor if journey.phase == "boarding" or self._drives_in else ""  # then the car has not moved
         self._set(phase="alighting", out=floor, failures=0, found=found, lied="")
         return [*orders, *self._send(), *self._look()]
 
-    def doors_closed(self) -> Orders:
-        """Note that the doors of the car have closed behind the robot: the clone goes to the map of the destination."""
+    def doors_closed(self, stop: str) -> Orders:
+        """Note that the doors of the car are closed, and the floor where it stops next; empty if that is not known.
+
+        Once the robot stands, its clone goes to the map of that floor, as those of all who share the car: there they
+        see each other, and pass the door one after the other.
+        """
         journey = self.journey
-        if self.is_over or journey.phase != "inside" or journey.out or journey.on == journey.now.to_floor:
+        if self._drives_in or self.is_over or journey.phase != "inside" or journey.out:
             return []
-        return [self._change(journey.now.to_floor)]
+        is_served = stop and find_landing(self._layout, journey.now, stop) is not None
+        floor = stop if is_served else journey.now.to_floor
+        return [] if journey.on == floor else [self._change(floor)]
 
     # -- maps ----------------------------------------------------------------------------------------------------------
 

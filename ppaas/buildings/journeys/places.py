@@ -4,7 +4,7 @@ import math
 
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import BuildingLayout, Landing
-from ppaas.buildings.riding.car_frame import carried, is_inside
+from ppaas.buildings.riding.car_frame import carried, is_inside, places_in_car
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.tasks.records import Place
 
@@ -45,7 +45,9 @@ def target_of(journey: Journey, layout: BuildingLayout, seen: Pose2D | None) -> 
     """
     leg = journey.now
     if journey.phase == "boarding":
-        return landing_of(layout, leg, leg.floor).car
+        places = places_in_car(layout.building, layout.landings[leg.name], landing_of(layout, leg, leg.floor))
+        x, y, yaw = places[min(journey.place, len(places) - 1)]
+        return x, y, yaw
     if journey.phase not in ("alighting", "looking"):
         return leg.goal
     out = leg.goal if journey.out == leg.to_floor else outside(landing_of(layout, leg, journey.out))

@@ -65,6 +65,8 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
         Number of goals of this leg that have failed.
     plans : int
         Number of plans.
+    place : int
+        Its place in the car of the lift.
     out : str
         Floor at which the robot leaves the lift; empty while it does not.
     found : str
@@ -101,6 +103,7 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
     sent: int = 0
     failures: int = 0
     plans: int = 0
+    place: int = 0
     out: str = ""
     found: str = ""
     lied: str = ""

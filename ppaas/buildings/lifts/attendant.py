@@ -208,8 +208,9 @@ class Attendant:
         orders = self._look_at_doorway(ride, now)
         if floor != _doorway_of(ride):
             return orders + self._tell(Wait(ride.robot, f"the doors of lift {self._car.lift!r} are not open"))
-        order = Board if ride.phase == "boarding" else Alight
-        return orders + self._tell(order(ride.robot, self._car.lift, floor))
+        if ride.phase == "boarding":
+            return orders + self._tell(Board(ride.robot, self._car.lift, floor, ride.place))
+        return orders + self._tell(Alight(ride.robot, self._car.lift, floor))
 
     def _look_at_doorway(self, ride: LiftRide, now: float) -> list[LiftOrder]:
         if now - self._car.times.doorway.get(ride.robot, now) <= STUCK:
@@ -227,8 +228,9 @@ class Attendant:
 
     def _let_in(self, ride: LiftRide, floor: str, now: float) -> list[LiftOrder]:
         self._target = CarStop(floor)
-        boarding = self._car.put(replace(ride, phase="boarding"), now)
-        return [*boarding, *self._tell(Board(ride.robot, self._car.lift, floor))]
+        place = self._car.free_place(ride.size)
+        boarding = self._car.put(replace(ride, phase="boarding", place=place), now)
+        return [*boarding, *self._tell(Board(ride.robot, self._car.lift, floor, place))]
 
     def _wait_for_lobby(self, leaving: list[LiftRide], floor: str, now: float) -> list[LiftOrder]:
         """Wait for room in the lobby; after a while robots that wait there board first, or make way."""
@@ -253,7 +255,7 @@ class Attendant:
         here = [ride for ride in ready if ride.origin == floor]
         direction = heading(shaft, floor, self._car.aboard)
         if not direction:
-            stop = next_stop(shaft, floor, (), ready if is_any_aged(ready, now) else here, now)
+            stop = next_stop(shaft, floor, (), ready if is_any_aged(shaft, ready, now) else here, now)
             direction = 0 if stop is None or stop.floor != floor else stop.direction
         room = shaft.settings.robots - sum(ride.size for ride in self._car.aboard)
         return next(iter(shaft.batch((ride for ride in here if shaft.direction(ride) == direction), room)), None)

@@ -150,6 +150,12 @@ class Car:
         """Rides whose robots are in the car."""
         return [ride for ride in self.rides.values() if ride.phase == "inside"]
 
+    def free_place(self, size: int) -> int:
+        """Return the first of some places side by side in the car that nobody has; 0 if there are none."""
+        taken = {place for ride in self.aboard for place in range(ride.place, ride.place + ride.size)}
+        last = self.shaft.settings.robots - size
+        return next((place for place in range(last + 1) if taken.isdisjoint(range(place, place + size))), 0)
+
     def is_silent(self, now: float) -> bool:
         """Return whether the lift has reported nothing for a while."""
         return self.state is None or now - self.times.heard > SILENT

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from ppaas.buildings.building import Building
 from ppaas.buildings.lifts.attendant import Attendant, MayLeave
 from ppaas.buildings.lifts.car import Car
-from ppaas.buildings.lifts.schedule import ROBOT_TIME, Shaft, levels_of
+from ppaas.buildings.lifts.schedule import AGED, ROBOT_TIME, Shaft, levels_of
 from ppaas.buildings.lifts.states import LiftOrder, LiftRide, LiftState, Refuse, RemoveRide
 
 
@@ -33,6 +33,8 @@ class LiftController:
         Stored rides; those of lifts that are no more are refused by ``tick``.
     may_leave : MayLeave
         Called to find out whether a lobby has room for a robot that leaves a car.
+    aged : float
+        Time after which a robot that waits is fetched before all others [s].
     """
 
     def __init__(
@@ -44,11 +46,12 @@ class LiftController:
         *,
         rides: Iterable[LiftRide] = (),
         may_leave: MayLeave = lambda _lift, _floor: True,
+        aged: float = AGED,
     ) -> None:
         levels = levels_of(building)
         self._cars: dict[str, Car] = {}
         for lift, floors in lifts.items():
-            shaft = Shaft({name: levels[name] for name in levels if name in floors}, building.lift(lift))
+            shaft = Shaft({name: levels[name] for name in levels if name in floors}, building.lift(lift), aged)
             self._cars[lift] = Car(shaft, f"ppaas/{owner}/{lift}", now)
         self._attendants = {lift: Attendant(car, may_leave) for lift, car in self._cars.items()}
         self._lift_of: dict[str, str] = {}

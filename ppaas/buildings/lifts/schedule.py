@@ -30,10 +30,13 @@ class Shaft:
     levels : mapping of str to float
         Height of each floor [m].
     settings : LiftSettings
+    aged : float
+        Time after which a robot that waits is fetched before all others [s].
     """
 
     levels: Mapping[str, float]
     settings: LiftSettings
+    aged: float = AGED
 
     def direction(self, ride: LiftRide) -> int:
         """Return 1 for a ride upwards, else -1."""
@@ -102,7 +105,7 @@ def next_stop(
         groups[CarStop(ride.origin, shaft.direction(ride))].append(ride)
     if not groups:
         return None
-    if is_any_aged(waiting, now):
+    if is_any_aged(shaft, waiting, now):
         oldest = min(waiting, key=_age)
         return CarStop(oldest.origin, shaft.direction(oldest))
     return max(
@@ -119,9 +122,9 @@ def heading(shaft: Shaft, at: str, riders: Sequence[LiftRide]) -> int:
     return 0
 
 
-def is_any_aged(waiting: Iterable[LiftRide], now: float) -> bool:
+def is_any_aged(shaft: Shaft, waiting: Iterable[LiftRide], now: float) -> bool:
     """Return whether a robot has waited so long that it is fetched before all others."""
-    return any(now - ride.since > AGED for ride in waiting)
+    return any(now - ride.since > shaft.aged for ride in waiting)
 
 
 def _onwards(shaft: Shaft, at: str, riders: Sequence[LiftRide], waiting: Sequence[LiftRide], now: float) -> CarStop:
@@ -135,7 +138,7 @@ def _onwards(shaft: Shaft, at: str, riders: Sequence[LiftRide], waiting: Sequenc
         if (shaft.levels[ride.destination] - here) * direction >= 0.0
     }
     # An old one that waits elsewhere is served sooner if the car collects nobody.
-    if not is_any_aged(waiting, now):
+    if not is_any_aged(shaft, waiting, now):
         ahead |= {
             ride.origin: CarStop(ride.origin, direction)
             for ride in waiting

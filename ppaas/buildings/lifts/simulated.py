@@ -1,5 +1,6 @@
 """Simulated lift: a car that accelerates, doors that take time, people who use it, and its faults."""
 
+import math
 import random
 from collections import deque
 from collections.abc import Mapping
@@ -34,6 +35,8 @@ class LiftModel:
         Share of requests for another floor that the lift takes for a third one, or for its own.
     seed : int
         Seed of people and faults.
+    breaks : float
+        Time after its begin at which it goes out of order [s]; infinite if it does not.
     """
 
     speed: float = 1.0
@@ -42,6 +45,7 @@ class LiftModel:
     people: float = 0.0
     wrong_floor: float = 0.0
     seed: int = 0
+    breaks: float = math.inf
 
 
 class SimulatedLift:
@@ -76,6 +80,7 @@ class SimulatedLift:
         self._people: deque[str] = deque()
         self._dwells_until = now
         self._next_trip = self._draw_trip(now)
+        self._breaks_at = now + self._model.breaks
 
     @property
     def height(self) -> float:
@@ -147,6 +152,9 @@ class SimulatedLift:
 
     def _step(self) -> None:
         now = self._now
+        if now >= self._breaks_at:
+            self._breaks_at = math.inf
+            self._mode, self._session = "offline", ""
         if self._session and now - self._heard > HOLD:
             self._session = ""
         self._let_people_use_it(now)

@@ -62,6 +62,8 @@ class LiftRide(msgspec.Struct, frozen=True, kw_only=True):
     phase : Phase
     goes : bool
         Whether it leaves the car at the next floor where it can, because it was cancelled.
+    place : int
+        Its place in the car, from when it boards: see ``ppaas.buildings.riding.car_frame.places_in_car``.
     """
 
     robot: str
@@ -72,6 +74,7 @@ class LiftRide(msgspec.Struct, frozen=True, kw_only=True):
     since: float = 0.0
     phase: Phase = "waiting"
     goes: bool = False
+    place: int = 0
 
     @property
     def is_aboard(self) -> bool:
@@ -88,11 +91,12 @@ class LiftRide(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Board(msgspec.Struct, frozen=True):
-    """The robot drives into the car, which stands open at the floor."""
+    """The robot drives to a place in the car, which stands open at the floor."""
 
     robot: str
     lift: str
     floor: str
+    place: int = 0
 
 
 class Alight(msgspec.Struct, frozen=True):

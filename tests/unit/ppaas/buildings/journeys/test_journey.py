@@ -1,14 +1,16 @@
 """Journeys over floors: from leg to leg, and what goes wrong on the way."""
 
+import dataclasses
 import math
 import random
 from dataclasses import dataclass, field
 
 import pytest
+from msgspec.structs import replace
 
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.doors.states import Pass
-from ppaas.buildings.journeys.journey import MOST_PLANS, TRIES, JourneyMachine
+from ppaas.buildings.journeys.journey import MOST_PLANS, NEAR_LIFT, TRIES, JourneyMachine
 from ppaas.buildings.journeys.records import (
     AskForDoor,
     AskForLift,
@@ -119,12 +121,12 @@ def aboard() -> JourneyMachine:
 
 def test_a_journey_goes_from_leg_to_leg_and_stores_each_step_first() -> None:
     machine = aboard()
-    machine.seen_at("L1", (1.2, 0.9, math.pi / 2))
-    [change] = machine.doors_closed()
+    assert machine.seen_at("L1", (1.2, 0.9, math.pi / 2), 3.5) == []
+    [change] = machine.doors_closed("L3")
     assert isinstance(change, ChangeFloor) and change.floor == "L3"
     assert change.pose == pytest.approx((21.2, 0.9, math.pi / 2)), "the same place in the car"
     machine.on_floor("L3")
-    assert machine.doors_closed() == []
+    assert machine.doors_closed("L3") == []
     [kept, sent, look] = machine.obey(Alight("tb1", "north", "L3"), 5.0)
     assert isinstance(kept, Keep) and sent == SendGoal("j1/3", out_at("L3")) and look == LookForFloor()
     assert machine.looked("L3", True, 1.0, out_at("L3"), 5.2) == [Keep(machine.journey)]
@@ -146,9 +148,85 @@ def test_a_robot_whose_clone_is_not_there_yet_leaves_once_it_is() -> None:
     assert goals(machine.on_floor("L3")) == [SendGoal("j1/3", out_at("L3"))]
 
 
+def test_a_robot_asks_for_the_lift_as_it_nears_it_and_drives_on() -> None:
+    machine = begun()
+    x, y, _ = wait_at("L1")
+    assert machine.seen_at("L1", (x + NEAR_LIFT + 0.1, y, 0.0), 1.5) == []
+    assert machine.seen_at("L2", (x, y, 0.0), 1.5) == [], "its clone is on the map of another floor"
+    orders = machine.seen_at("L1", (x + NEAR_LIFT - 0.1, y, 0.0), 1.6)
+    assert orders == [Keep(machine.journey), AskForLift("north", "L1", "L3")], "nothing is cancelled"
+    assert reach(machine) == [] and machine.journey.phase == "waiting"
+    assert machine.seen_at("L1", wait_at("L1"), 2.0) == []
+    assert goals(machine.obey(Board("tb1", "north", "L1"), 3.0))
+
+
+def test_a_robot_that_is_clear_of_the_doors_makes_way_and_drives_on() -> None:
+    machine = begun()
+    reach(machine)
+    machine.obey(Board("tb1", "north", "L1"), 3.0)
+    assert machine.seen_at("L1", (1.0, 1.7, -1.6), 3.2) == [], "it is in the doorway"
+    assert machine.seen_at("L1", (1.0, 1.4, -1.6), 3.4) == [Keep(machine.journey), EnteredCar()]
+    assert machine.doors_closed("L3") == [], "its clone goes on once it stands"
+    reach(machine)
+    assert machine.doors_closed("L3")
+    machine.on_floor("L3")
+    machine.obey(Alight("tb1", "north", "L3"), 5.0)
+    assert machine.seen_at("L3", (21.0, 2.8, 1.6), 5.1) == [], "its floor is not confirmed"
+    machine.looked("L3", True, 1.0, (21.0, 2.3, 1.6), 5.2)
+    assert machine.seen_at("L3", (21.0, 2.5, 1.6), 5.2) == []
+    left, kept, sent = machine.seen_at("L3", (21.0, 2.8, 1.6), 5.4)
+    assert (left, kept, sent) == (LeftCar(), Keep(machine.journey), SendGoal("j1/4", GOAL))
+
+
+def test_a_robot_that_has_not_reached_its_place_leaves_all_the_same() -> None:
+    machine = begun()
+    reach(machine)
+    machine.obey(Board("tb1", "north", "L1"), 3.0)
+    machine.seen_at("L1", (1.0, 1.4, -1.6), 3.4)
+    cancelled, _, change = machine.obey(Alight("tb1", "north", "L3"), 5.0)
+    assert cancelled == CancelGoal("j1/2") and isinstance(change, ChangeFloor)
+    assert change.pose == pytest.approx((21.0, 1.4, -1.6))
+
+
+def test_robots_that_share_a_car_are_on_the_map_of_the_floor_where_it_stops_next() -> None:
+    machine = aboard()
+    [change] = machine.doors_closed("L2")
+    assert isinstance(change, ChangeFloor) and change.floor == "L2", "others leave there"
+    machine.on_floor("L2")
+    assert machine.doors_closed("L2") == []
+    [change] = machine.doors_closed("L3")
+    assert isinstance(change, ChangeFloor) and change.floor == "L3"
+    machine.on_floor("L3")
+    assert goals(machine.obey(Alight("tb1", "north", "L3"), 5.0)) == [SendGoal("j1/3", out_at("L3"))]
+
+
+def test_robots_that_share_a_car_have_separate_places() -> None:
+    building = replace(LAYOUT.building, lifts=(LiftSettings(lift="north", robots=2),))
+    machines = [JourneyMachine(begun().journey, dataclasses.replace(LAYOUT, building=building)) for _ in range(2)]
+    poses = []
+    for place, machine in enumerate(machines):
+        reach(machine)
+        [sent] = goals(machine.obey(Board("tb1", "north", "L1", place), 3.0))
+        poses.append(sent.pose)
+        assert JourneyMachine(machine.journey, machine._layout).resume()[-1] == sent
+    assert math.dist(poses[0][:2], poses[1][:2]) == pytest.approx(1.0)
+
+
+def test_a_robot_on_its_way_to_a_lift_that_breaks_takes_another_way_at_once() -> None:
+    machine = begun()
+    assert machine.lift_lost("south", "out of order", 2.0) == []
+    assert machine.lift_lost("north", "out of order", 2.0) == [CancelGoal("j1/1"), Keep(machine.journey), FindLegs(1)]
+    assert machine.journey.avoid == ("north",)
+    assert machine.goal_ended("j1/1", False, "cancelled", 2.1) == []
+    assert machine.journey.goal_id != "j1/1", "the end of that goal is not taken for an end of the journey"
+    machine.no_plan(1, "no way", 2.2)
+    assert goals(machine.planned(2, legs_from("L1"), 2.3))
+    assert machine.lift_lost("north", "out of order", 2.4) == [], "there is no other way: it waits there"
+
+
 def test_a_lift_that_stops_on_another_floor_lets_it_out_there_and_the_rest_is_planned_again() -> None:
     machine = aboard()
-    machine.doors_closed()
+    machine.doors_closed("L3")
     machine.on_floor("L3")
     [_, change] = machine.obey(Alight("tb1", "north", "L2"), 5.0)
     assert isinstance(change, ChangeFloor) and change.pose == pytest.approx((11.0, 1.0, math.pi / 2))
@@ -195,7 +273,7 @@ def test_goals_that_fail_are_sent_again_and_a_robot_in_a_doorway_is_led_out_firs
 
 def test_a_robot_that_cannot_leave_a_car_goes_on_to_try() -> None:
     machine = aboard()
-    machine.doors_closed()
+    machine.doors_closed("L3")
     machine.on_floor("L3")
     machine.obey(Alight("tb1", "north", "L3"), 5.0)
     ids = {machine.journey.goal_id}
@@ -215,7 +293,7 @@ def test_a_journey_that_is_cancelled_in_a_lift_ends_outside() -> None:
     assert (machine.journey.state, machine.journey.on) == ("canceled", "L2")
     waiting = begun()
     reach(waiting)
-    assert waiting.cancel(5.0)[0] == CancelRide() and waiting.is_over
+    assert waiting.cancel(5.0)[:2] == [CancelGoal("j1/1"), CancelRide()] and waiting.is_over
     driving = begun()
     assert driving.cancel(5.0)[0] == CancelGoal("j1/1") and driving.is_over
 
@@ -332,7 +410,7 @@ class Site:
         self.lead(self.controller.lift_state(state, self.now))
         self.lead(self.controller.robots_seen({"tb1"}, self.now))
         if state.door == "closed":
-            self.obey(self.machine.doors_closed())
+            self.obey(self.machine.doors_closed(self.controller.target("north")))
         if self.floor != self.machine.journey.on:
             self.obey(self.machine.on_floor(self.floor))
         if self.now >= self.looks_at:

@@ -35,7 +35,7 @@ from tests.unit.ppaas.buildings.journeys.test_journey import (
 def leaving() -> JourneyMachine:
     """Return a journey whose robot leaves the car, on floor L3 by the word of the lift."""
     machine = aboard()
-    machine.doors_closed()
+    machine.doors_closed("")
     machine.on_floor("L3")
     assert machine.obey(Alight("tb1", "north", "L3"), 5.0)[-1] == LookForFloor()
     return machine
@@ -84,7 +84,7 @@ def test_a_robot_whose_scans_show_another_floor_leaves_the_car_there_and_plans_a
 @pytest.mark.parametrize("killed", [False, True])
 def test_a_robot_that_is_out_on_another_floor_goes_on_from_there(killed: bool) -> None:
     machine = looking()
-    machine.seen_at("L3", out_at("L3"))
+    machine.seen_at("L3", out_at("L3"), 6.0)
     [_, kept, change] = machine.looked("L2", True, 1.0, (11.0, 3.0, 1.6), 6.0)
     assert change == ChangeFloor("L2", (11.0, 3.0, 1.6))
     if killed:
@@ -100,7 +100,7 @@ def test_a_robot_that_is_out_on_another_floor_goes_on_from_there(killed: bool) -
 
 def test_the_scans_may_show_that_the_lift_has_gone_to_the_right_floor_after_all() -> None:
     machine = aboard()
-    machine.doors_closed()
+    machine.doors_closed("")
     machine.on_floor("L3")
     machine.obey(Alight("tb1", "north", "L2"), 5.0)
     machine.on_floor("L2")
@@ -111,7 +111,7 @@ def test_the_scans_may_show_that_the_lift_has_gone_to_the_right_floor_after_all(
 
 def test_a_robot_on_a_floor_that_is_not_known_looks_round_and_then_waits_for_help() -> None:
     machine = looking()
-    machine.seen_at("L3", (21.0, 3.0, 0.0))
+    machine.seen_at("L3", (21.0, 3.0, 0.0), 6.0)
     for turn in range(LOOKS):
         kept, sent, look = machine.looked("L2", False, 0.6, out_at("L2"), 7.0)
         assert (sent, look) == (SendGoal(f"j1/{turn + 4}", pytest.approx((21.0, 3.0, math.pi / 2))), LookForFloor())
@@ -141,7 +141,7 @@ def test_what_a_ride_has_shown_is_forgotten_with_the_next_one() -> None:
     machine = aboard()
     assert machine.measured(99_000.0, 4.0) == [Keep(machine.journey)]
     assert (machine.journey.pressure, machine.journey.pressure_at) == (99_000.0, 4.0)
-    machine.doors_closed()
+    machine.doors_closed("")
     machine.on_floor("L3")
     machine.obey(Alight("tb1", "north", "L3"), 5.0)
     assert machine.measured(98_000.0, 6.0) == [], "it is on its way out"

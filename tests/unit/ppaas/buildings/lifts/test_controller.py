@@ -139,7 +139,7 @@ def test_robots_of_one_direction_share_the_car():
     scene.request("down", "L2", "L1")
     assert Board("up", "A", "L1") in scene.opens_at("L1")
     assert LiftRequest("A", SESSION, "L2") in scene.do("entered", "up")
-    assert Board("also up", "A", "L2") in scene.opens_at("L2")
+    assert Board("also up", "A", "L2", 1) in scene.opens_at("L2")
     assert LiftRequest("A", SESSION, "L3") in scene.do("entered", "also up")
     assert scene.rides["down"].phase == "waiting"
 
@@ -177,7 +177,7 @@ def test_robots_in_the_lobby_board_first_or_make_way_for_one_that_cannot_leave()
     scene.taken.add("L2")
     assert Wait("in", "the lobby of floor 'L2' is taken") in scene.opens_at("L2", 10.0)
     assert scene.rides["out"].phase == "waiting"
-    assert Board("out", "A", "L2") in scene.opens_at("L2", 10.0)
+    assert Board("out", "A", "L2", 1) in scene.opens_at("L2", 10.0)
     scene.do("entered", "out")
     scene.request("third", "L2", "L3")
     scene.opens_at("L2", 20.0)
