@@ -38,7 +38,6 @@ def test_robots_start_at_different_places_and_each_goal_is_on_another_floor_than
 def test_people_walk_on_all_floors_and_ride_between_them() -> None:
     simulated = set_stage(DemoOptions(robots=1, lift_users=3, seed=2)).simulated
     assert [len(world.pedestrians) for world in simulated.floors.values()] == [1, 1, 1]
-    users = [person for world in simulated.floors.values() for person in world.pedestrians]
     began = {person: floor for floor, world in simulated.floors.items() for person in world.pedestrians}
     now: dict[object, str] = began
     while now == began:
