@@ -16,6 +16,7 @@ from robots.demo.options import DemoOptions
 from robots.sim.courses import Course
 from robots.sim.docks.fitting import fit_chargers
 from robots.sim.floors.building import SimulatedBuilding
+from robots.sim.floors.people import LiftUser
 
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""
@@ -137,11 +138,13 @@ def set_stage(options: DemoOptions) -> BuildingStage:
     rng = np.random.default_rng(options.seed)
     grids = {name: floor_map(rng) for name in FLOORS}
     zones = {name: zones_of_floor(name) for name in FLOORS}
-    simulated = SimulatedBuilding(layout_of(record(), zones), grids, options.seed)
+    simulated = SimulatedBuilding(layout_of(record(), zones), grids, options.seed, bodies=True)
     fit_chargers(simulated.floors[FLOORS[0]], zones[FLOORS[0]])
     courses = _courses(options.robots, options.goals, rng)
     for each in courses:
         simulated.add_robot(each.course.start, floor=each.floors[-1])
+    for number in range(options.lift_users):
+        LiftUser(simulated, FLOORS[number % len(FLOORS)], number)
     return BuildingStage(grids, zones, simulated, courses)
 
 

@@ -53,6 +53,8 @@ class DemoOptions:
         Sensor that detects people: ``camera`` or ``laser``.
     traffic : bool
         Whether the robots take part in the traffic of the map.
+    lift_users : int
+        Number of people who use the lifts, in the demo of a building.
     picture : Path, optional
         PNG file for a picture of the run, in the demo of a building.
     """
@@ -72,6 +74,7 @@ class DemoOptions:
     on_robot: bool = True
     sensor: str = "camera"
     traffic: bool = False
+    lift_users: int = 0
     picture: Path | None = None
 
 

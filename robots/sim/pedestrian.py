@@ -103,10 +103,10 @@ class Pedestrian:
         self.body = pymunk.Body(model.mass, math.inf)
         self.body.position = pose.x, pose.y
         self.body.velocity_func = self._set_velocity
-        shape = pymunk.Circle(self.body, model.radius)
-        shape.friction = 0.4
-        shape.filter = pymunk.ShapeFilter(categories=PEOPLE)
-        space.add(self.body, shape)
+        self._space, self._shape = space, pymunk.Circle(self.body, model.radius)
+        self._shape.friction = 0.4
+        self._shape.filter = pymunk.ShapeFilter(categories=PEOPLE)
+        space.add(self.body, self._shape)
         self._paths = paths
         self._rng = rng
         self._speed = float(rng.uniform(model.slowest, model.fastest))
@@ -123,6 +123,14 @@ class Pedestrian:
     def present(self) -> bool:
         """Whether the person is on the map."""
         return True
+
+    def enter(self, space: pymunk.Space, paths: ShortestPaths, pose: Pose2D) -> None:
+        """Continue in another space, at a pose there, on other paths."""
+        self._space.remove(self.body, self._shape)
+        self._space, self._paths, self._path = space, paths, None
+        space.add(self.body, self._shape)
+        self.body.position = pose.x, pose.y
+        space.reindex_shapes_for_body(self.body)
 
     @property
     def velocity(self) -> tuple[float, float]:

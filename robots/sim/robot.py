@@ -84,9 +84,9 @@ class Turtlebot:
         self.body.angle = pose.theta
         self.body.velocity_func = self._turn_wheels
         self._last: tuple[float, float] = self.body.position
-        self._shape = pymunk.Circle(self.body, model.radius)
-        self._shape.friction = 0.4
-        space.add(self.body, self._shape)
+        shape = pymunk.Circle(self.body, model.radius)
+        shape.friction = 0.4
+        space.add(self.body, shape)
 
     @property
     def pose(self) -> Pose2D:
@@ -110,9 +110,10 @@ class Turtlebot:
 
     def enter(self, space: pymunk.Space, pose: Pose2D) -> None:
         """Continue in another space, at a pose there, without its wheels or gyro measuring it."""
-        self._space.remove(self.body, self._shape)
+        shapes = list(self.body.shapes)  # also of what it carries
+        self._space.remove(self.body, *shapes)
         self._space = space
-        space.add(self.body, self._shape)
+        space.add(self.body, *shapes)
         self.carry_to(pose)
 
     def after_step(self) -> None:

@@ -113,6 +113,15 @@ class World:
         robot.enter(self, self._space, pose)
         self.robots.append(robot)
 
+    def take_over_person(self, person: Pedestrian, origin: "World", paths: ShortestPaths, pose: Pose2D) -> None:
+        """Continue with a person of another world, as with a robot, on paths of this one."""
+        index = origin.pedestrians.index(person)
+        del origin.pedestrians[index]
+        person.enter(self._space, paths, pose)
+        self.pedestrians.append(person)
+        if self._bodies:
+            self.figures.append(origin.figures.pop(index))
+
     def add_barrier(self, ends: Segment) -> Barrier:
         """Add what can close the line between two points, such as a door; it is open at first."""
         return Barrier(self._space, self.occupied, self.grid.info, ends)

@@ -109,6 +109,20 @@ class SimulatedLift:
         if self._session == end.session:
             self._session = ""
 
+    def call(self, origin: str, destination: str, now: float) -> bool:
+        """Take people from a floor to another one, if the lift is free; return whether it does.
+
+        The same call again keeps the doors open for them while they walk in.
+        """
+        self.advance(now)
+        if tuple(self._people) == (origin, destination):
+            self._dwells_until = max(self._dwells_until, now + DWELL) if self._opened >= 1.0 else self._dwells_until
+            return True
+        is_free = self._mode == "agv" and not self._people and not self._session
+        if is_free:
+            self._begin_trip(origin, destination, now)
+        return is_free
+
     def set_mode(self, mode: LiftMode, now: float) -> None:
         """Change the mode, as a key switch or an alarm does; in case of fire the car drives to the lowest floor."""
         self.advance(now)
@@ -194,16 +208,20 @@ class SimulatedLift:
         if not self._people and now >= self._next_trip:
             names = list(self._levels)
             origin = self._random.choice(names)
-            self._people.extend([origin, self._random.choice([name for name in names if name != origin] or names)])
-            self._target = self._people[0]
+            destination = self._random.choice([name for name in names if name != origin] or names)
             self._next_trip = self._draw_trip(now)
-            self._dwells_until = now
+            self._begin_trip(origin, destination, now)
         if self._people and self._is_standing_at(self._people[0]):
             if self._opened >= 1.0 and self._dwells_until <= now:
                 self._people.popleft()
                 self._target = self._people[0] if self._people else self._target
             elif self._opened < 1.0:
                 self._dwells_until = now + DWELL
+
+    def _begin_trip(self, origin: str, destination: str, now: float) -> None:
+        self._people.extend((origin, destination))
+        self._target = origin
+        self._dwells_until = now
 
     def _draw_trip(self, now: float) -> float:
         return now + self._random.expovariate(self._model.people / 3600.0) if self._model.people > 0.0 else float("inf")

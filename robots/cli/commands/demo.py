@@ -32,11 +32,14 @@ DRIVE, PEOPLE, FLEET, BUILDING = "drive", "people", "fleet", "building"
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
 
-FOR_PEOPLE = {"people": 5, "seconds": 60.0, "detectors": "robot", "sensor": "camera"}
+FOR_PEOPLE = {"people": None, "seconds": 60.0, "detectors": "robot", "sensor": "camera"}
 """Defaults of the options of the demo of people."""
 
 DEVICES = ("--device-host", "127.0.0.1")
 """Arguments of a cloud that leads the lifts and doors of a simulated building."""
+
+PERSONS = 5
+"""People of the demo of people; the one of a building has none."""
 
 MOST_EXPLORERS = 4
 """Largest number of robots that explore at once."""
@@ -83,7 +86,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _configure_people(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(**FOR_PEOPLE)
-    parser.add_argument("--people", type=whole(), help="with people: number of people (%(default)s)")
+    parser.add_argument(
+        "--people", type=whole(), help=f"number of people: with people ({PERSONS}), or with building, who use lifts (0)"
+    )
     parser.add_argument("--seconds", type=seconds, help="with people: time that is scored (%(default)g s)")
     parser.add_argument(
         "--detectors",
@@ -108,7 +113,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidParameter("the demo of a fleet has no explorers, whose map is new: leave out --explore")
     if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
         raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
-    if arguments.show != PEOPLE and any(getattr(arguments, name) != value for name, value in FOR_PEOPLE.items()):
+    given = {name for name, value in FOR_PEOPLE.items() if getattr(arguments, name) != value}
+    if arguments.show != PEOPLE and given - ({"people"} if arguments.show == BUILDING else set()):
         options = ", ".join(f"--{name}" for name in FOR_PEOPLE)
         raise InvalidParameter(f"{options} are of the demo of people: run 'ppaas demo people'")
     if not 1 <= arguments.explorers <= MOST_EXPLORERS or (arguments.explorers > 1 and not arguments.explore):
@@ -167,7 +173,8 @@ def _options(arguments: argparse.Namespace, console: "Console") -> "DemoOptions"
         planner=arguments.planner,
         controller=arguments.controller,
         explorers=arguments.explorers,
-        people=arguments.people,
+        people=arguments.people or PERSONS,
+        lift_users=arguments.people or 0,
         seconds=arguments.seconds,
         on_robot=arguments.detectors == "robot",
         sensor=arguments.sensor,

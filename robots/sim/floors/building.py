@@ -11,11 +11,13 @@ from ppaas.buildings.lifts.schedule import levels_of
 from ppaas.buildings.lifts.simulated import LiftModel, SimulatedLift
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import GridMap
+from ppaas.maps.grid import OCCUPIED, GridMap
+from robots.sim.barrier import cells_between
 from robots.sim.contacts import ContactCounter
 from robots.sim.floors.car import SimulatedCar
 from robots.sim.floors.doorway import Doorway
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
+from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 
 
@@ -68,7 +70,8 @@ class SimulatedBuilding:
         models: Mapping[str, LiftModel] | None = None,
     ) -> None:
         self.layout, self.dt, self.steps = layout, dt, 0
-        self._epoch = 0.0
+        self._epoch, self._seed = 0.0, seed
+        self._paths: dict[str, ShortestPaths] = {}
         self.contacts = ContactCounter(self.time)
         self.robots: list[SimulatedRobot] = []
         self.floors: dict[str, World] = {}
@@ -80,7 +83,7 @@ class SimulatedBuilding:
         given = {} if models is None else models
         self.lifts = {lift: self._lift(lift, given.get(lift)) for lift in layout.landings}
         self.cars = {
-            name: SimulatedCar(layout.building, lift, layout.landings[name], self.floors)
+            name: SimulatedCar(layout.building, lift, layout.landings[name], self.floors, self.paths)
             for name, lift in self.lifts.items()
         }
         self.doors: dict[tuple[str, str], SimulatedDoor] = {}
@@ -133,6 +136,19 @@ class SimulatedBuilding:
         robot = world.add_robot(pose, model, len(self.robots))
         self.robots.append(robot)
         return robot
+
+    def paths(self, floor: str) -> ShortestPaths:
+        """Return the paths of people on a floor, where all doors and lifts are closed."""
+        if floor not in self._paths:
+            world, number = self.floors[floor], list(self.floors).index(floor)
+            data = np.where(world.occupied, OCCUPIED, world.grid.data)
+            for door in self.layout.doors:
+                if door.floor == floor:
+                    data[cells_between(world.grid.info, door.ends)] = OCCUPIED
+            rng = np.random.default_rng((self._seed, number, 3))
+            clearance = world.pedestrian_model.clearance
+            self._paths[floor] = ShortestPaths(GridMap(data, world.grid.info), clearance, rng)
+        return self._paths[floor]
 
     def floor_of(self, robot: SimulatedRobot) -> str:
         """Return the floor on which a robot is; in a car, the nearest one."""

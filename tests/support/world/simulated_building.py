@@ -44,12 +44,12 @@ def zones(floor: str) -> ZoneSet:
     )
 
 
-def building(door: str = "sim:", doors: float = 1.0, *, seed: int = 0) -> SimulatedBuilding:
+def building(door: str = "sim:", doors: float = 1.0, *, seed: int = 0, bodies: bool = False) -> SimulatedBuilding:
     """Return two floors, of which the upper map is turned by a quarter, with a lift at y = 2.1 and a door at x = 1."""
     low = walled_map(6.0, 4.2, [*SHAFT, (0.0, 1.9, 2.0, 2.0)])
     data = np.rot90(low.data, -1).copy()  # rows are from below, so this turns by a quarter to the left
     up = GridMap(data, GridInfo(0.05, data.shape[1], data.shape[0], Pose2D(6.0 - 4.2, 0.0)))
-    return SimulatedBuilding(layout(door, doors), {"low": low, "up": up}, seed)
+    return SimulatedBuilding(layout(door, doors), {"low": low, "up": up}, seed, bodies=bodies)
 
 
 def layout(door: str, doors: float = 1.0) -> BuildingLayout:

@@ -35,6 +35,18 @@ def test_robots_start_at_different_places_and_each_goal_is_on_another_floor_than
     assert all(not first & second for first, second in itertools.combinations(taken, 2))
 
 
+def test_people_walk_on_all_floors_and_ride_between_them() -> None:
+    simulated = set_stage(DemoOptions(robots=1, lift_users=3, seed=2)).simulated
+    assert [len(world.pedestrians) for world in simulated.floors.values()] == [1, 1, 1]
+    began = {person: floor for floor, world in simulated.floors.items() for person in world.pedestrians}
+    now: dict[object, str] = began
+    while now == began:
+        simulated.step()
+        now = {person: floor for floor, world in simulated.floors.items() for person in world.pedestrians}
+        assert simulated.time() < 120.0
+    assert set(now) == set(began)
+
+
 def test_one_seed_gives_one_stage() -> None:
     first, again, other = (set_stage(DemoOptions(seed=seed)) for seed in (3, 3, 4))
     assert first.courses == again.courses != other.courses

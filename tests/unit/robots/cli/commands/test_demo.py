@@ -81,6 +81,14 @@ def test_only_the_demo_of_a_building_draws_and_only_png_files() -> None:
         demo.run(parse("building", "--picture", "run.svg"))
 
 
+def test_people_use_the_lifts_of_a_building_only_if_they_are_asked_for() -> None:
+    for arguments, people, users in ((("building", "--people", "2"), 2, 2), (("building",), 5, 0), (("people",), 5, 0)):
+        options = demo._options(parse(*arguments), Console())
+        assert (options.people, options.lift_users) == (people, users)
+    with pytest.raises(InvalidParameter, match="are of the demo of people"):
+        demo.run(parse("building", "--seconds", "5"))
+
+
 @pytest.mark.parametrize("arguments", [("--people", "2"), ("--sensor", "laser"), ("--explore", "--seconds", "5")])
 def test_options_of_the_demo_of_people_are_refused_elsewhere(arguments: tuple[str, ...]) -> None:
     with pytest.raises(InvalidParameter, match="run 'ppaas demo people'"):

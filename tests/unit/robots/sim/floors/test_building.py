@@ -1,6 +1,7 @@
 """Robots of a simulated building ride in its lift, and meet its doors."""
 
 import numpy as np
+import pymunk
 import pytest
 
 from ppaas.buildings.doors.states import DoorRequest
@@ -137,6 +138,20 @@ def test_robots_drive_out_on_the_other_floor_and_contacts_are_counted_there() ->
         run(simulated, 0.1, LiftRequest("A", "s", "up"))
     assert robot.base.pose.x == pytest.approx(6.0 - 0.1 - 0.18, abs=0.02), "it has driven to the far wall"
     assert simulated.contacts.wall_contacts == {0: 1}
+
+
+def test_what_a_robot_carries_rides_with_it() -> None:
+    simulated = building()
+    robot = simulated.add_robot(IN_CAR, MODEL)
+    leg = pymunk.Circle(robot.base.body, 0.02, (0.4, 0.0))
+    robot.base.body.space.add(leg)
+    low = robot.base.body.space
+    run(simulated, 10.0, LiftRequest("A", "s", "up"))
+    assert leg.space is robot.base.body.space is not low
+    for _ in range(60):
+        robot.command(Twist(Vector3(x=0.5), Vector3()))
+        run(simulated, 0.1, LiftRequest("A", "s", "up"))
+    assert robot.base.pose.x == pytest.approx(6.0 - 0.1 - 0.42, abs=0.02), "the leg is at the wall"
 
 
 def test_one_seed_gives_one_simulation() -> None:
