@@ -26,8 +26,14 @@ async def test_a_robot_arrives_on_another_floor_although_its_clone_is_killed_in_
             await until(lambda: len(maps) > 1, 60.0)
             [container] = [one for one in await rest.items("/v1/containers") if one["robot"] == "porter"]
             os.kill(container["pid"] or cloud.container().pid, signal.SIGKILL)
+            seen = await rest.get("/v1/buildings/hotel/state")
+            [journey], [lift] = seen["journeys"], seen["lifts"]
+            assert (journey["robot"], journey["goal"], journey["leg"]) == ("porter", goal["id"], "north")
+            assert [ride["robot"] for ride in lift["rides"]] == ["porter"] and lift["session"] and lift["serves"]
             last = await ended(rest, "porter", goal)
         assert last["state"] == "succeeded", last
+        [journey] = (await rest.get("/v1/buildings/hotel/state"))["journeys"]
+        assert (journey["state"], journey["on"]) == ("succeeded", "L2")
         assert maps == ["floor-1", "floor-2"]
         assert drive.world.robots[0].base.pose.distance_to(Pose2D(GOAL.x + BETWEEN, GOAL.y)) < 0.35
         assert drive.scorer.collisions(0) == 0 and drive.robot.connections == 1
