@@ -21,13 +21,21 @@ from starlette.types import ASGIApp
 from benchmarks.service.dashboard_under_load import example_zones
 from endpoints.audit.event import AuditEvent
 from endpoints.resources.services import Services
+from engine.control.buildings.views import BuildingView, DoorView, LiftView, RideView
+from engine.control.journeys.views import JourneyView, SiteView
+from ppaas.buildings.building import Building, DoorSettings, Floor, LiftSettings
 from ppaas.clock import epoch
 from ppaas.geometry import poses_along
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import OCCUPIED
 from ppaas.tasks.records import Task
+from ppaas.zones.reading import geojson_of
+from ppaas.zones.shapes import LineString, Polygon
+from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
+from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.records import MapTask, ProposedChange
 from tests.support.cloud.browser import PHONE, Eye, browsing, enter
+from tests.support.endpoints.fake_journeys import FakeJourneys
 from tests.support.endpoints.fleet import RobotSockets, serving_fleet
 from tests.support.endpoints.traffic import add_traffic
 from tests.support.endpoints.zones import GRID
@@ -43,11 +51,29 @@ LOOKS: Sequence[tuple[str, ViewportSize, Scheme]] = (
     ("phone", ViewportSize(width=PHONE["width"], height=PHONE["height"]), "light"),
     ("phone-dark", ViewportSize(width=PHONE["width"], height=PHONE["height"]), "dark"),
 )
-DOCS = {"desk-tasks": "tasks"}
+DOCS = {"desk-tasks": "tasks", "desk-building": "building-map", "desk-buildings": "building-record"}
 """Pictures of the documentation, by their names here."""
 
 PLACES = ((2.0, 3.0), (7.5, 3.2), (12.0, 7.9), (3.0, 8.0), (17.0, 8.2), (20.5, 3.4), (11.5, 13.0), (16.4, 12.4))
 """Places where robots stand [m]."""
+
+CARS = {"north": (7.0, 13.0), "south": (20.6, 12.8)}
+"""Lower left corners of the cars of lifts [m]."""
+
+PARTS_OF_FLOOR = ZoneSet(
+    [
+        zone
+        for lift, (x, y) in CARS.items()
+        for zone in (
+            Zone(
+                Polygon([[[x, y], [x + 1.6, y], [x + 1.6, y + 1.8], [x, y + 1.8], [x, y]]]),
+                LiftCar(name=f"car of {lift}", lift=lift),
+            ),
+            Zone(LineString([[x + 0.2, y - 0.1], [x + 1.4, y - 0.1]]), Door(name=f"landing of {lift}", lift=lift)),
+        )
+    ]
+    + [Zone(LineString([[7.0, 7.2], [7.0, 8.6]]), Door(name="gate"))]
+)
 
 SHUTTER = 1.2
 """Time until what was opened has been drawn [s]."""
@@ -114,7 +140,10 @@ def fill(services: Services) -> None:
         if number == 1:
             put_map(services.map_store, changed, message="The shelf at the dock was moved")
             yaml, image = save_map(GRID, "office.pgm")
-            put_map(services.map_store, GivenMap("office", "ann", yaml, image, created=now - 3600.0))
+            put_map(
+                services.map_store,
+                GivenMap("office", "ann", yaml, image, zones=geojson_of(PARTS_OF_FLOOR), created=now - 3600.0),
+            )
         else:
             pallet = ProposedChange(occupied=180, rectangles=((left, row, 30, 6),))
             propose(
@@ -124,6 +153,41 @@ def fill(services: Services) -> None:
                 message="A pallet stands in the corridor",
                 created=now - 600.0,
             )
+
+
+def add_building(services: Services) -> None:
+    """Add a building of two floors with two lifts, of which one is out of order, a door, and journeys."""
+    yaml, image = save_map(GRID, "attic.pgm")
+    put_map(services.map_store, GivenMap("attic", "ann", yaml, image, zones=geojson_of(PARTS_OF_FLOOR)))
+    made = Building(
+        floors=(Floor(name="L1", map="office"), Floor(name="L2", map="attic", elevation=3.6)),
+        lifts=(
+            LiftSettings(lift="north", robots=2, speed=1.2, device="http://10.0.0.7/north"),
+            LiftSettings(lift="south", wait=35.0, device="modbus://10.0.0.8/1"),
+        ),
+        doors=(DoorSettings(floor="L1", door="gate", device="http://10.0.0.7/gate"),),
+    )
+    version = BuildingVersion(number=4, building=made, author="ann", created=epoch(), message="as measured")
+    services.store.put_building(BuildingRecord(user="ann", id="hotel", present=version, readers=("bob",)))
+    rides = [
+        RideView("ann/tb2", "L2", "L1", "inside", epoch() - 40.0),
+        RideView("ann/tb4", "L1", "L2", "waiting", epoch() - 25.0),
+    ]
+    lifts = [
+        LiftView("north", "", "L1", "L1", "open", "stopped", "agv", "ppaas/ann/hotel/north", rides),
+        LiftView(
+            "south", "lift 'south' is in the mode 'fire'", "L2", "", "open", "stopped", "fire", "", [], serves=False
+        ),
+    ]
+    now = epoch()
+    rows: list[tuple[Any, ...]] = [
+        ("tb7", "L1", "L1", "driving", "", "succeeded", "", now - 300.0, now - 120.0),
+        ("tb2", "L2", "L1", "inside", "north", "active", "", now - 95.0),
+        ("tb4", "L1", "L2", "waiting", "north", "active", "", now - 25.0),
+    ]
+    journeys = [JourneyView(f"journey-{number}", "ann", *row) for number, row in enumerate(rows)]
+    services.journeys = led = FakeJourneys()
+    led.state = SiteView(BuildingView(lifts, [DoorView("L1", "gate", "open", ["ann/tb5"])], []), journeys)
 
 
 def example_tasks(now: float) -> list[Task]:
@@ -202,6 +266,13 @@ async def take_map(scene: Photographer) -> None:
     await page.get_by_role("dialog", name="Fleet").get_by_role("button", name="Close").click()
 
 
+async def take_building(scene: Photographer) -> None:
+    """Take the map with the lifts and doors of its building, and their panel."""
+    await scene.panel("robots")
+    await scene.page.locator("#panel-building").evaluate("(panel) => panel.scrollIntoView()")
+    await scene.take("building")
+
+
 async def take_pages(scene: Photographer) -> None:
     """Take each page, and each with its forms open."""
     page = scene.page
@@ -247,7 +318,9 @@ async def take_token_and_stop(scene: Photographer) -> None:
     await page.get_by_role("button", name="Release", exact=True).click()
 
 
-PARTS: Sequence[Callable[[Photographer], Awaitable[None]]] = (take_map, take_pages, take_picking, take_token_and_stop)
+PARTS: Sequence[Callable[[Photographer], Awaitable[None]]] = (
+    take_map, take_building, take_pages, take_picking, take_token_and_stop,
+)  # fmt: skip
 
 
 @asynccontextmanager
@@ -257,6 +330,7 @@ async def serving() -> AsyncIterator[tuple[str, str]]:
     def filled(app: ASGIApp) -> ASGIApp:
         services: Services = app.state.services  # type: ignore[attr-defined]  # of FastAPI
         fill(services)
+        add_building(services)
         object.__setattr__(services, "recordings", kept_recordings(services.cloud, "ann", "tb1"))  # type: ignore[arg-type]
         return app
 
@@ -302,7 +376,7 @@ async def take_all(folder: Path, *, docs: bool) -> None:
             context = await browser.new_context(viewport=size, color_scheme=scheme, has_touch=name.startswith("phone"))
             page = await shown(context, url, owner, sockets)
             scene = Photographer(page, sockets, folder, name, frozenset(DOCS if docs else ()))
-            for part in [take_pages] if docs else PARTS:
+            for part in [take_building, take_pages] if docs else PARTS:
                 await part(scene)
             await context.close()
         sys.stdout.write(f"{name}: done\n")

@@ -57,7 +57,7 @@ RIDE = RideView("ann/tb1", "L1", "L2", "waiting", 100.0)
 
 
 def seen(fault: str = "", mode: LiftMode = "agv", floor: str = "L1") -> SiteView:
-    lift = LiftView("north", fault, floor, "", "open", "stopped", mode, "", [] if fault else [RIDE])
+    lift = LiftView("north", fault, floor, "", "open", "stopped", mode, "", [] if fault else [RIDE], not fault)
     journey = JourneyView("journey-1", "ann", "tb1", "L1", "L2", "waiting", "north", "active", "", epoch())
     return SiteView(BuildingView([lift], [DoorView("L1", "gate", "open", ["ann/tb1"])], []), [journey])
 
@@ -95,10 +95,13 @@ async def test_lifts_doors_and_journeys_are_listed_and_drawn_as_they_change(brow
         await expect(parts.get_by_role("listitem").last).to_contain_text("Open, held for tb1")
         await expect(under_way.get_by_role("listitem")).to_contain_text("tb1")
         await expect(under_way.get_by_role("listitem")).to_contain_text("waits for north on L1, to L2")
+        events = page.get_by_role("link", name="Events")
+        await expect(events).to_have_text("Events0")
         before = await colours(page)
         journeys.state = seen("lift 'north' is in the mode 'fire'", "fire")
         await expect(panel.locator("#building-note")).to_have_text("1 of the lifts and doors has a fault")
         await expect(parts.get_by_role("listitem").first).to_contain_text("lift 'north' is in the mode 'fire'")
+        await expect(events).to_have_text("Events1")
         broken = await colours(page)
         assert broken != before, "it is drawn, too"
         await page.get_by_role("switch", name="Lifts and doors").uncheck()

@@ -26,6 +26,10 @@ async def test_a_robot_arrives_on_another_floor_although_its_clone_is_killed_in_
             await until(lambda: building.floor_of(building.robots[0]) == "L2", 60.0)
             [container] = [one for one in await rest.items("/v1/containers") if one["robot"] == "porter"]
             os.kill(container["pid"] or cloud.container().pid, signal.SIGKILL)
+            seen = await rest.get("/v1/buildings/hotel/state")
+            [journey], [lift] = seen["journeys"], seen["lifts"]
+            assert (journey["robot"], journey["goal"], journey["leg"]) == ("porter", goal["id"], "north")
+            assert [ride["robot"] for ride in lift["rides"]] == ["porter"] and lift["session"] and lift["serves"]
             last = await ended(rest, "porter", goal["id"])
             assert last["state"] == "succeeded", last
             assert (await rest.get("/v1/robots/porter"))["map"] == "floor-2"
@@ -33,3 +37,5 @@ async def test_a_robot_arrives_on_another_floor_although_its_clone_is_killed_in_
             assert building.robots[0].base.pose.distance_to(GOAL) < 0.35
             assert drive.scorer.collisions(0) == 0 and drive.robot.connections == 1
             assert (await rest.get("/v1/robots/porter/goals"))["items"][-1]["id"] == goal["id"]
+            [journey] = (await rest.get("/v1/buildings/hotel/state"))["journeys"]
+            assert (journey["state"], journey["on"]) == ("succeeded", "L2")

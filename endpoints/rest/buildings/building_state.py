@@ -75,8 +75,8 @@ def _lift(lift: LiftView, named: Named) -> LiftStateAnswer:
         for ride in lift.rides
     ]  # fmt: skip
     return LiftStateAnswer(
-        lift=lift.lift, fault=lift.fault, floor=lift.floor, target=lift.target, door=lift.door, motion=lift.motion,
-        mode=lift.mode, session=lift.session, rides=rides,
+        lift=lift.lift, fault=lift.fault, serves=lift.serves, floor=lift.floor, target=lift.target, door=lift.door,
+        motion=lift.motion, mode=lift.mode, session=lift.session, rides=rides,
     )  # fmt: skip
 
 

@@ -26,6 +26,7 @@ class LiftStateAnswer(ResponseBody):
 
     lift: str
     fault: str = Field(description="Why it does not serve robots now; empty if it does")
+    serves: bool = Field(description="Whether it serves robots, now or once somebody else has left it")
     floor: str = Field(description="Floor where its car is, or which it passed last; empty if that is not known")
     target: str = Field(description="Floor to which it is sent; empty if to none")
     door: DoorPosition

@@ -31,7 +31,8 @@ class AcknowledgeRequest(RequestBody):
     model_config = ConfigDict(json_schema_extra={"examples": [{"object": "robots/tb1", "alert": "lost"}]})
 
     object: Annotated[str, Field(min_length=1, max_length=256)] = Field(
-        description="What it is about: `robots/ID`, `maps/ID/tasks/ID`; for administrators `cloud` or `endpoints/ID`"
+        description="What it is about: `robots/ID`, `maps/ID/tasks/ID`, `buildings/ID`; for administrators `cloud` or "
+        "`endpoints/ID`"
     )
     alert: Annotated[str, Field(min_length=1, max_length=200)] = Field(
         description="Which alert of it, as `lost`, `failed`, `silent`, `store` or `goal ID`"
@@ -58,8 +59,8 @@ async def acknowledge_alert(
 ) -> AcknowledgementAnswer:
     """Acknowledge an alert: pages show it no longer as open until it happens again. It is kept for 30 days.
 
-    Who may drive a robot acknowledges its alerts, the owner of a task those of the task, and administrators those of
-    the cloud.
+    Who may drive a robot acknowledges its alerts, the owner of a task or a building those of it, and administrators
+    those of the cloud.
     """
     note_object(request.scope, plain(wanted.object))
     owner, name = await run_in_threadpool(_resolve, services.store, user, wanted.object)
@@ -70,7 +71,7 @@ async def acknowledge_alert(
 
 @router.get("", response_model=Page[AcknowledgementAnswer], responses=KNOWN)
 async def list_acknowledgements(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the acknowledged alerts of the cloud, of the caller's tasks, and of robots that the caller reaches."""
+    """List the acknowledged alerts of the cloud, of the caller's tasks and buildings, and of robots in reach."""
     after = paging.key(tuple[str, str], ("", ""))
     found = await run_in_threadpool(lambda: sorted(_visible(services.store, user), key=_key))
     return paging.page([one for one in found if _key(one) > after], _key)
@@ -93,8 +94,10 @@ def _resolve(store: Store, user: User, name: str) -> tuple[str, str]:
             return robot.user, f"{_ROBOTS}{robot.id}"
         case ["maps", map_id, "tasks", task_id]:
             return store.task(user.id, map_id, task_id).user, name
+        case ["buildings", building_id]:
+            return store.building(user.id, building_id).user, name
         case _:
-            known = "'cloud', 'endpoints/ID', 'robots/ID' and 'maps/ID/tasks/ID'"
+            known = "'cloud', 'endpoints/ID', 'robots/ID', 'buildings/ID' and 'maps/ID/tasks/ID'"
             raise InvalidParameter(f"there are no alerts of {name[:64]!a}: an object is one of {known}")
 
 

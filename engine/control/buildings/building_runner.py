@@ -220,7 +220,10 @@ class BuildingRunner:
             for ride in sorted(car.rides.values(), key=lambda ride: ride.since)
         ]
         fault, target = car.fault(self._now()), self.lifts.target(lift)
-        return LiftView(lift, fault, state.floor, target, state.door, state.motion, state.mode, state.session, rides)
+        return LiftView(
+            lift, fault, state.floor, target, state.door, state.motion, state.mode, state.session, rides,
+            not car.disorder(self._now()),
+        )  # fmt: skip
 
     def _door_faults(self) -> list[str]:
         return [self.doors.fault(key, self._now()) for key in self.doors.states]

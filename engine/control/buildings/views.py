@@ -38,6 +38,8 @@ class LiftView(msgspec.Struct, frozen=True):
         As the lift reported last; its own usual values before the first report.
     rides : list of RideView
         The oldest first.
+    serves : bool
+        Whether it serves robots, now or once somebody else has left it.
     """
 
     lift: str
@@ -49,6 +51,7 @@ class LiftView(msgspec.Struct, frozen=True):
     mode: LiftMode
     session: str
     rides: list[RideView]
+    serves: bool = True
 
 
 class DoorView(msgspec.Struct, frozen=True):

@@ -1,9 +1,7 @@
 /** Panel of the building of the shown map: its lifts and doors that have devices, and the journeys over its floors. */
 
-import { doorText, journeyText, liftText, noteOf } from "./building_state.js";
+import { doorText, isBroken, journeyText, liftText, noteOf } from "./building_state.js";
 import { byId, make, say, show } from "./dom.js";
-
-const SHOWN = { elsewhere: "online", open: "online", closed: "online", moving: "online" };
 
 export class BuildingPanel {
   #panel = byId("panel-building");
@@ -30,9 +28,9 @@ export class BuildingPanel {
 }
 
 /** How a lift or a door is: what the dot beside its name shows, and the word for it. */
-function standingOf({ fault, mode }, word) {
-  if (!fault) return [SHOWN[word] ?? "online", word];
-  return mode === "unknown" ? ["silent", "silent"] : ["lost", "fault"];
+function standingOf(part, word) {
+  if (isBroken(part)) return ["lost", "fault"];
+  return part.fault ? ["silent", "in use"] : ["online", word];
 }
 
 function create({ title }) {

@@ -2,7 +2,7 @@
  * Lifts and doors of a building on one of its floors: where they are, and what they do, in words.
  *
  * @typedef {{robot: string | null, origin: string, destination: string, phase: string}} Ride
- * @typedef {{lift: string, fault: string, floor: string, target: string, door: string, motion: string, mode: string, rides: Ride[]}} Lift
+ * @typedef {{lift: string, fault: string, serves: boolean, floor: string, target: string, door: string, motion: string, mode: string, rides: Ride[]}} Lift
  * @typedef {{floor: string, door: string, mode: string, fault: string, robots: (string | null)[]}} Door
  * @typedef {{robot: string | null, goal: string | null, on: string, floor: string, phase: string, leg: string, state: string,
  *            text: string, since: number, ended: number | null}} Journey
@@ -23,9 +23,14 @@ export function buildingOf(buildings, map, me) {
   return having.find(({ owner }) => owner === me) ?? having[0] ?? null;
 }
 
+/** The id of a building among those that the user may read. @param {{owner: string, id: string}} building @param {string} me */
+export function addressOf({ owner, id }, me) {
+  return owner === me ? id : `${owner}:${id}`;
+}
+
 /** The path of a building. @param {{owner: string, id: string}} building @param {string} me */
-export function pathOfBuilding({ owner, id }, me) {
-  return `v1/buildings/${encodeURIComponent(owner === me ? id : `${owner}:${id}`)}`;
+export function pathOfBuilding(building, me) {
+  return `v1/buildings/${encodeURIComponent(addressOf(building, me))}`;
 }
 
 /** What is to be drawn on a floor. @param {{lifts: Record<string, object[]>, doors: object[]}} layout @param {State} state @param {string} floor @returns {Part[]} */
@@ -40,21 +45,22 @@ export function partsOn(layout, state, floor) {
   for (const { floor: on, door: name, ends, lift: behind } of layout.doors.filter((door) => door.floor === floor)) {
     const lift = lifts.get(behind);
     const door = doors.get(`${on}/${name}`);
-    if (lift) parts.push({ kind: "door", name, look: lookOfLift(lift, floor) === "open" ? "open" : lift.fault ? "fault" : "closed", words: "", outline: ends });
+    if (lift) parts.push({ kind: "door", name, look: lookOfLift(lift, floor) === "open" ? "open" : lift.serves ? "closed" : "fault", words: "", outline: ends });
     else if (door) parts.push({ kind: "door", name, look: door.fault ? "fault" : door.mode, words: door.fault ? "fault" : "", outline: ends });
   }
   return parts;
 }
 
-function lookOfLift({ fault, floor: at, door, mode }, floor) {
-  if (fault && mode === "unknown") return "unknown";
-  if (fault) return "fault";
+const HEALTHY = ["agv", "human", "unknown"];
+
+function lookOfLift({ serves, floor: at, door, mode }, floor) {
+  if (!serves) return HEALTHY.includes(mode) ? "unknown" : "fault";
   return at === floor ? door : "elsewhere";
 }
 
 /** What a lift does, seen from a floor. */
-function wordsHere({ fault, floor: at, target, mode, rides }, floor) {
-  if (fault) return mode === "agv" || mode === "human" ? "in use" : mode === "unknown" ? "silent" : mode;
+function wordsHere({ fault, serves, floor: at, target, mode, rides }, floor) {
+  if (fault) return serves ? "in use" : HEALTHY.includes(mode) ? "silent" : mode;
   const waiting = rides.filter(({ phase, origin }) => phase === "waiting" && origin === floor).length;
   const where = at === floor ? "here" : at ? `at ${at}` : "";
   const parts = [target && target !== at ? `${at || "?"} → ${target}` : where, waiting && `${waiting} ${waiting === 1 ? "waits" : "wait"}`];
@@ -90,9 +96,14 @@ export function journeyText({ on, floor, phase, leg, state, text, since, ended }
   return `${PHASES[phase]}${at} on ${on}, to ${floor}, for ${duration(now - since)}${why}`;
 }
 
+/** Whether a lift or a door serves no robots. @param {Lift | Door} part */
+export function isBroken({ fault, serves = false }) {
+  return Boolean(fault) && !serves;
+}
+
 /** What is wrong in a building. @param {State} state @returns {string} */
 export function noteOf({ lifts, doors, faults }) {
-  const broken = lifts.filter(({ fault, mode }) => fault && mode !== "unknown").length + doors.filter(({ fault, mode }) => fault && mode !== "unknown").length;
+  const broken = [...lifts, ...doors].filter(isBroken).length;
   const parts = [broken && `${broken} of the lifts and doors ${broken === 1 ? "has" : "have"} a fault`, ...faults];
   return parts.filter(Boolean).join(". ");
 }

@@ -2,7 +2,7 @@
 
 import { BuildingLayer } from "./building_layer.js";
 import { BuildingPanel } from "./building_panel.js";
-import { buildingOf, partsOn, pathOfBuilding } from "./building_state.js";
+import { addressOf, buildingOf, partsOn, pathOfBuilding } from "./building_state.js";
 import { Refused } from "./rest.js";
 import { readTheme } from "./theme.js";
 
@@ -16,7 +16,7 @@ export class BuildingView {
   #rest;
   #cloud;
   #events;
-  /** What is polled now; another one ends the polls of the one before. @type {{path: string, floor: string, name: string} | null} */ #polled = null;
+  /** What is polled now; another one ends the polls of the one before. @type {{path: string, floor: string, address: string} | null} */ #polled = null;
   #layout = { path: "", version: 0, read: -Infinity, found: null };
   #timer = 0;
 
@@ -38,7 +38,7 @@ export class BuildingView {
     const floor = building?.floors[building.maps.indexOf(map)] ?? "";
     if (path === (this.#polled?.path ?? null) && floor === (this.#polled?.floor ?? "")) return;
     clearTimeout(this.#timer);
-    this.#polled = building ? { path, floor, name: building.id } : null;
+    this.#polled = building ? { path, floor, address: addressOf(building, me.id) } : null;
     this.#show(null);
     if (building) this.#look(this.#polled);
   }
@@ -68,8 +68,9 @@ export class BuildingView {
   }
 
   #show(state) {
+    this.#cloud.building = state && { address: this.#polled.address, state };
     this.layer.parts = state ? partsOn(this.#layout.found, state, this.#polled.floor) : [];
-    this.#panel.update(state, this.#polled?.name ?? "", this.#cloud.now);
+    this.#panel.update(state, this.#polled?.address ?? "", this.#cloud.now);
     this.#events.changed();
   }
 }

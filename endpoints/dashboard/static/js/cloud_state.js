@@ -10,6 +10,7 @@ export class CloudState {
   /** Radii of models [m]. @type {Map<string, number>} */ radii = new Map();
   /** @type {object[]} */ maps = [];
   /** @type {object[]} buildings that the user may read */ buildings = [];
+  /** Building of the shown map, and what its lifts and doors do. @type {{address: string, state: import("./building_state.js").State} | null} */ building = null;
   /** @type {object[]} the user's robots, and those that are shared with the user */ robots = [];
   /** @type {object[]} all that the user may see */ containers = [];
   /** @type {object[]} containers of these robots */ own = [];

@@ -15,7 +15,7 @@ const LAYOUT = {
     { floor: "L2", door: "landing", ends: [[0, 2], [2, 2]], lift: "north" },
   ],
 };
-const LIFT = { lift: "north", fault: "", floor: "L1", target: "", door: "open", motion: "stopped", mode: "agv", rides: [] };
+const LIFT = { lift: "north", fault: "", serves: true, floor: "L1", target: "", door: "open", motion: "stopped", mode: "agv", rides: [] };
 const GATE = { floor: "L1", door: "gate", mode: "moving", fault: "", robots: ["tb1", null] };
 
 function state(lift = {}, door = {}) {
@@ -44,9 +44,12 @@ test("who waits at a floor and what is wrong is written there", () => {
   const rides = [{ robot: "tb1", origin: "L2", destination: "L1", phase: "waiting" }];
   assert.equal(partsOn(LAYOUT, state({ rides }), "L2")[0].words, "at L1, 1 waits");
   assert.equal(partsOn(LAYOUT, state({ rides }), "L1")[0].words, "here");
-  const [car, landing, gate] = partsOn(LAYOUT, state({ fault: "lift 'north' is in the mode 'fire'", mode: "fire" }, { fault: "jammed" }), "L1");
+  const [car, landing, gate] = partsOn(LAYOUT, state({ fault: "lift 'north' is in the mode 'fire'", serves: false, mode: "fire" }, { fault: "jammed" }), "L1");
   assert.deepEqual([car.look, car.words, landing.look, gate.look, gate.words], ["fault", "fire", "fault", "fault", "fault"]);
-  assert.equal(partsOn(LAYOUT, state({ fault: "lift 'north' reports nothing", mode: "unknown", floor: "" }), "L1")[0].look, "unknown");
+  const [silent] = partsOn(LAYOUT, state({ fault: "lift 'north' reports nothing", serves: false }), "L1");
+  assert.deepEqual([silent.look, silent.words], ["unknown", "silent"]);
+  const [taken] = partsOn(LAYOUT, state({ fault: "lift 'north' is in use by 'x'" }), "L1");
+  assert.deepEqual([taken.look, taken.words], ["open", "in use"]);
 });
 
 test("lifts, doors and journeys are told in words", () => {
@@ -68,7 +71,7 @@ test("lifts, doors and journeys are told in words", () => {
 
 test("the note counts faults, and names devices that cannot be used", () => {
   assert.equal(noteOf(state()), "");
-  assert.equal(noteOf(state({ fault: "fire", mode: "fire" })), "1 of the lifts and doors has a fault");
-  assert.equal(noteOf({ ...state({ fault: "fire", mode: "fire" }, { fault: "jammed" }), faults: ["lift 'x': no plug-in"] }), "2 of the lifts and doors have a fault. lift 'x': no plug-in");
-  assert.equal(noteOf(state({ fault: "silent", mode: "unknown" })), "");
+  assert.equal(noteOf(state({ fault: "fire", serves: false })), "1 of the lifts and doors has a fault");
+  assert.equal(noteOf({ ...state({ fault: "fire", serves: false }, { fault: "jammed" }), faults: ["lift 'x': no plug-in"] }), "2 of the lifts and doors have a fault. lift 'x': no plug-in");
+  assert.equal(noteOf(state({ fault: "in use by 'x'" })), "");
 });

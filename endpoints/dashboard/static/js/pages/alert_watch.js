@@ -2,7 +2,7 @@
 
 import { isNew } from "../growing_map.js";
 import { refused } from "../rest.js";
-import { brokeOff, failedGoals, failedTasks, faultsOf, isAcknowledged, keyOf, lostRobots, robotOf, silentEndpoints } from "./alert_words.js";
+import { brokeOff, brokenParts, failedGoals, failedTasks, faultsOf, isAcknowledged, keyOf, lostRobots, robotOf, silentEndpoints } from "./alert_words.js";
 
 const PERIOD = 10; // between two looks at failed tasks, ends of connections and acknowledgements [s]
 const EARLIER = 86_400; // of which ends of connections are read at first [s]
@@ -90,7 +90,7 @@ export class AlertWatch {
     const { cloud, fleet } = this.#context;
     const found = [
       ...faultsOf(cloud.health), ...silentEndpoints(cloud.endpoints), ...lostRobots(cloud.robots, this.#lost),
-      ...failedGoals(fleet.links), ...failedTasks(this.#tasks, cloud.now),
+      ...failedGoals(fleet.links), ...failedTasks(this.#tasks, cloud.now), ...brokenParts(cloud.building),
     ];
     const dated = found.map((alert) => ({ ...alert, ...this.#begin(alert, cloud.now) })).sort((a, b) => b.since - a.since || a.key.localeCompare(b.key));
     this.#seen = new Map(dated.map((alert) => [alert.key, alert]));

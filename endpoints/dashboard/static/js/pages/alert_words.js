@@ -1,5 +1,6 @@
 /** What wakes a person: faults of the cloud, of robots and of their goals and tasks, in words. */
 
+import { isBroken } from "../building_state.js";
 import { ENDED_BADLY } from "../messages.js";
 import { mayDrive } from "../shared_robots.js";
 
@@ -65,6 +66,15 @@ export function failedGoals(links) {
   ));
 }
 
+/** Lifts and doors of the shown building that have a fault. @param {{address: string, state: import("../building_state.js").State} | null} building @returns {Alert[]} */
+export function brokenParts(building) {
+  const { lifts = [], doors = [] } = building?.state ?? {};
+  const parts = [...lifts.map((lift) => ({ ...lift, name: `lift ${lift.lift}` })), ...doors.map((door) => ({ ...door, name: `door ${door.door} on ${door.floor}` }))];
+  return parts.filter(isBroken).map(({ name, fault }) => (
+    alertOf(`buildings/${building.address}`, shortened(name), `${name[0].toUpperCase()}${name.slice(1)} does not serve robots`, fault)
+  ));
+}
+
 /** Tasks that have failed. @param {object[]} tasks @param {number} now [s since the epoch] @returns {Alert[]} */
 export function failedTasks(tasks, now) {
   return tasks.filter(({ state, ended }) => state === "failed" && now - ended < KEPT).map(({ id, map, robot, reason, ended }) => (
@@ -87,6 +97,7 @@ export function isAcknowledged({ since, once, earlier }, acknowledged, now) {
 export function mayAcknowledge({ object }, robots, isAdmin) {
   const [, kind, name] = /^(\w+)\/?(.*)$/.exec(object);
   if (kind === "robots") return mayDrive(robots.find(({ id }) => id === name) ?? null);
+  if (kind === "buildings") return !name.includes(":");
   return kind === "maps" || isAdmin;
 }
 

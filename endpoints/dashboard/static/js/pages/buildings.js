@@ -1,6 +1,6 @@
 /** Page with buildings: the record of one, with its floors and the settings of its lifts, doors and ways; make one, change it. */
 
-import { buildingOf, pathOfBuilding } from "../building_state.js";
+import { addressOf, buildingOf, pathOfBuilding } from "../building_state.js";
 import { make, say, show } from "../dom.js";
 import { NAME_OF_MAP } from "../order_form.js";
 import { addPage } from "../registry.js";
@@ -46,7 +46,7 @@ class BuildingsPage {
   update() {
     this.#isKnown = true;
     const { buildings, me } = this.#context.cloud;
-    const known = buildings.map((building) => ({ address: building.owner === me.id ? building.id : `${building.owner}:${building.id}` }));
+    const known = buildings.map((building) => ({ address: addressOf(building, me.id) }));
     show(this.#choice, [...known, { address: NEW }], ({ address }) => `at ${address}`, ({ address }) => make("option", { value: address, textContent: address || "New building" }), () => {});
     this.#choice.value = this.#address;
     this.#showActions();
@@ -58,7 +58,7 @@ class BuildingsPage {
     const { buildings, map, me } = this.#context.cloud;
     const first = buildingOf(buildings, map, me.id) ?? buildings[0];
     this.#isBegun = true;
-    await this.#open(first ? (first.owner === me.id ? first.id : `${first.owner}:${first.id}`) : NEW);
+    await this.#open(first ? addressOf(first, me.id) : NEW);
   }
 
   #choose() {
@@ -153,7 +153,7 @@ class BuildingsPage {
       const made = await rest.put(`${this.#path}${reason}`, record, tag, "application/json");
       cloud.forgetBuildings();
       await ask(Promise.resolve(), `${made.id} is saved as version ${made.version}`);
-      await this.#open(made.owner === cloud.me.id ? made.id : `${made.owner}:${made.id}`);
+      await this.#open(addressOf(made, cloud.me.id));
       this.#say("", made.warnings);
     });
   }

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { HELD, brokeOff, failedGoals, failedTasks, faultsOf, isAcknowledged, lostRobots, mayAcknowledge, robotOf, silentEndpoints } from "../../../../../endpoints/dashboard/static/js/pages/alert_words.js";
+import { HELD, brokeOff, brokenParts, failedGoals, failedTasks, faultsOf, isAcknowledged, lostRobots, mayAcknowledge, robotOf, silentEndpoints } from "../../../../../endpoints/dashboard/static/js/pages/alert_words.js";
 
 const ok = { state: "ok", reason: null };
 const HEALTH = { store: ok, map_store: ok, audit: ok, master: "ok", disk: { state: "ok", reason: null }, plans_waiting: 0 };
@@ -32,6 +32,16 @@ test("silent endpoints, lost robots, failed goals and failed tasks are alerts", 
   assert.deepEqual(failedGoals([goal(3), goal(1), { robot: { id: "tb2" }, state: { goal: null } }]), []);
   const task = (state, ended) => ({ id: "t", map: "office", robot: null, reason: "too late", state, ended });
   assert.deepEqual(failedTasks([task("failed", 100), task("cancelled", 100), task("failed", 200_000)], 200_001).map(({ since }) => since), [200_000]);
+});
+
+test("lifts and doors that serve nobody are alerts of their building", () => {
+  const lifts = [{ lift: "north", fault: "fire", serves: false, mode: "fire" }, { lift: "south", fault: "in use by 'x'", serves: true, mode: "agv" }];
+  const doors = [{ floor: "L1", door: "gate", fault: "jammed", mode: "offline" }, { floor: "L1", door: "main", fault: "", mode: "open" }];
+  assert.deepEqual(brokenParts({ address: "inn", state: { lifts, doors } }).map(({ object, alert, advice }) => [object, alert, advice]), [
+    ["buildings/inn", "lift north", "fire"], ["buildings/inn", "door gate on L1", "jammed"],
+  ]);
+  assert.deepEqual(brokenParts(null), []);
+  assert.deepEqual([mayAcknowledge({ object: "buildings/inn" }, [], false), mayAcknowledge({ object: "buildings/bob:inn" }, [], true)], [true, false]);
 });
 
 test("an acknowledgement counts for what began before it", () => {

@@ -9,7 +9,7 @@ from endpoints.audit.event import AuditQuery
 from endpoints.resources.services import Services
 from storage.sharing_records import Share
 from tests.support.endpoints.problems import problem_of
-from tests.support.storage.records import robot
+from tests.support.storage.records import building, robot
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 PATH = "/v1/acknowledgements"
@@ -70,6 +70,15 @@ async def test_the_alert_of_a_task_is_acknowledged_by_its_owner(
     problem_of(await acknowledge(client, await log_in("bob"), name, "failed"), 404, "not-found")
     assert (await acknowledge(client, ann, name, "failed")).status_code == 201
     assert await seen(client, ann) == [(name, "failed", "ann")]
+
+
+async def test_the_fault_of_a_lift_is_acknowledged_by_the_owner_of_the_building(
+    client: httpx.AsyncClient, ann: Header, services: Services, log_in: LogIn
+) -> None:
+    services.store.put_building(building("hq"))
+    problem_of(await acknowledge(client, await log_in("bob"), "buildings/hq", "lift north"), 404, "not-found")
+    assert (await acknowledge(client, ann, "buildings/hq", "lift north")).status_code == 201
+    assert await seen(client, ann) == [("buildings/hq", "lift north", "ann")]
 
 
 @pytest.mark.usefixtures("ann")

@@ -108,7 +108,8 @@ async def test_a_lift_out_of_order_and_its_repair_are_reported(monkeypatch):
             server.lift.set_mode("fire", epoch())
             await until(lambda: FaultChange(lift, "lift 'A' is in the mode 'fire'") in master.alerts)
             assert all(math.isinf(wait) for wait in runner.waits().values())
-            assert runner.view().lifts[0].fault == "lift 'A' is in the mode 'fire'"
+            shown = runner.view().lifts[0]
+            assert (shown.fault, shown.serves) == ("lift 'A' is in the mode 'fire'", False)
             server.lift.set_mode("agv", epoch())
             await until(lambda: FaultChange(lift, "") in master.alerts)
     ends = {"session": "ppaas/cloud/b/A", "end": True}
