@@ -33,6 +33,7 @@ from ppaas.buildings.journeys.records import (
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
+from ppaas.buildings.riding.floor_maps import pose_of
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
@@ -334,7 +335,7 @@ class JourneySite:
                 logger.debug("robot %s is asked again where it is: %s", journey.robot, error)
                 await asyncio.sleep(PAUSE)
             else:
-                x, y, yaw = answer.pose.planar()
+                x, y, yaw = pose_of(answer.pose)
                 found = machine.looked(answer.floor, answer.known, answer.probability, (x, y, yaw), self._clock())
                 self._take(traveller, found)
                 return
