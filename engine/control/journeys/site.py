@@ -218,7 +218,7 @@ class JourneySite:
             traveller.moving = ""
             self._take(traveller, machine.on_floor(floor.name))
             machine.seen_at(floor.name, pose)
-            if machine.journey.phase == "inside" and self._is_shut(machine.journey.now.name):
+            if machine.journey.phase in ("inside", "alighting") and self._is_shut(machine.journey.now.name):
                 self._take(traveller, machine.doors_closed())
 
     def _is_shut(self, lift: str) -> bool:

@@ -293,8 +293,14 @@ class JourneyMachine:
         return [*orders, *self._send(), *self._look()]
 
     def doors_closed(self) -> Orders:
-        """Note that the doors of the car have closed behind the robot: the clone goes to the map of the destination."""
+        """Note that the doors of the car have closed behind the robot: the clone goes to the map of the destination.
+
+        A car that has let the robot out on a wrong floor, and closes its doors before it is out, may go anywhere.
+        """
         journey = self.journey
+        if journey.lied and journey.is_aboard and not self.is_over:
+            self._set(found="", lied="")
+            return [Keep(self.journey), *self._look()]
         if self.is_over or journey.phase != "inside" or journey.out or journey.on == journey.now.to_floor:
             return []
         return [self._change(journey.now.to_floor)]
