@@ -17,7 +17,7 @@ from ppaas.buildings.building import Building, Floor
 from ppaas.buildings.layout import BuildingLayout, layout_of
 from ppaas.buildings.riding.air import GAS
 from ppaas.buildings.riding.car_frame import carried
-from ppaas.buildings.riding.floor_maps import clear_of, part_around
+from ppaas.buildings.riding.floor_maps import clear_of, part_around, pose_of
 from ppaas.buildings.riding.floor_search import FloorSearch
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
@@ -26,7 +26,6 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.maps.raycast import cast_rays
 from ppaas.messages.fleet.floors import FindFloorRequest
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 
@@ -274,7 +273,7 @@ def _request(made: MadeUp, random: np.random.Generator, floors: tuple[str, str, 
     for name, landing in landings.items():
         part = part_around(made.layers[name].grid, Pose2D(*landing.car), name, levels[name])
         change = carried(building, landings[origin], landing, Pose2D(0.0, 0.0))
-        parts.append(replace(part, change=Pose.of(change)))
+        parts.append(replace(part, change=[*change]))
     word = _word(random, list(levels), destination, floor)
     request = FindFloorRequest(origin, destination, word, parts, clear=clear_of(landings[origin]))
     if random.random() >= BAROMETER:
@@ -307,7 +306,7 @@ def _leave(robot: LeavingRobot, search: FloorSearch, car: Pose2D) -> tuple[str, 
             continue
         answer = search.answer()
         answered = answered or answer.floor
-        error = answer.pose.planar().distance_to(robot.pose)
+        error = pose_of(answer.pose).distance_to(robot.pose)
         if seconds >= 0.0 and answer.floor == answered and error <= WITHIN:
             return answered, (seconds, error)
     return answered, None

@@ -14,7 +14,6 @@ from ppaas.errors import InvalidMap, NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import open_grid
 from ppaas.messages.fleet.floors import FindFloorRequest, FloorPart
-from ppaas.messages.geometry_msgs import Pose
 from storage.ports import MapStore
 from storage.versions import IMAGE, YAML
 
@@ -96,7 +95,7 @@ def floor_request(
         raise NotFound("map around the lift of floor", journey.on, list(parts))
     here, none = landing_of(layout, leg, journey.on), Pose2D(0.0, 0.0)
     floors = [
-        replace(part, change=Pose.of(carried(layout.building, here, landing_of(layout, leg, floor), none)))
+        replace(part, change=[*carried(layout.building, here, landing_of(layout, leg, floor), none)])
         for floor, part in parts.items()
     ]
     seconds = max(now - journey.pressure_at, 0.0) if journey.pressure else 0.0

@@ -41,6 +41,7 @@ from ppaas.buildings.journeys.records import (
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
+from ppaas.buildings.riding.floor_maps import pose_of
 from ppaas.clock import Clock
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
@@ -259,7 +260,7 @@ class JourneySite:
             traveller.moving = ""
             self._take(traveller, machine.on_floor(floor.name))
             self._take(traveller, machine.seen_at(floor.name, pose, self._clock()))
-            if machine.journey.phase == "inside" and self._is_shut(machine.journey.now.name):
+            if machine.journey.phase in ("inside", "alighting") and self._is_shut(machine.journey.now.name):
                 self._take(traveller, machine.doors_closed(self.runner.lifts.target(machine.journey.now.name)))
 
     def _is_shut(self, lift: str) -> bool:
@@ -380,7 +381,7 @@ class JourneySite:
                 logger.debug("robot %s is asked again where it is: %s", journey.robot, error)
                 await asyncio.sleep(PAUSE)
             else:
-                x, y, yaw = answer.pose.planar()
+                x, y, yaw = pose_of(answer.pose)
                 found = machine.looked(answer.floor, answer.known, answer.probability, (x, y, yaw), self._clock())
                 self._take(traveller, found)
                 return

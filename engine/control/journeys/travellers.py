@@ -1,4 +1,4 @@
-"""What a robot can do on its way through a building, from its file."""
+"""Speed, labels and stairs: the abilities of a robot in a building, by its file."""
 
 from collections.abc import Collection, Mapping
 from typing import Any

@@ -358,9 +358,13 @@ class JourneyMachine:
         """Note that the doors of the car are closed, and the floor where it stops next; empty if that is not known.
 
         Once the robot stands, its clone goes to the map of that floor, as those of all who share the car: there they
-        see each other, and pass the door one after the other.
+        see each other, and pass the door one after the other. A car that has let a robot out on a wrong floor, and
+        closes its doors before it is out, may go anywhere.
         """
         journey = self.journey
+        if journey.lied and journey.is_aboard and not self.is_over:
+            self._set(found="", lied="")
+            return [Keep(self.journey), *self._look()]
         if self._drives_in or self.is_over or journey.phase != "inside" or journey.out:
             return []
         is_served = stop and find_landing(self._layout, journey.now, stop) is not None

@@ -2,6 +2,7 @@
 
 import math
 import zlib
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +13,6 @@ from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages.fleet.floors import FloorPart
-from ppaas.messages.geometry_msgs import Pose
 
 SIGHT = 8.0
 """Longest beam that is compared with a part of a map [m]."""
@@ -59,7 +59,7 @@ def part_around(grid: CellRows, car: Pose2D, floor: str, elevation: float) -> Fl
     data = np.ascontiguousarray(grid.rows(first, last)[:, left:right])
     origin = info.origin @ Pose2D(left * info.resolution, first * info.resolution)
     return FloorPart(
-        floor, elevation, info.resolution, right - left, last - first, Pose.of(origin), zlib.compress(data.tobytes(), 6)
+        floor, elevation, info.resolution, right - left, last - first, [*origin], zlib.compress(data.tobytes(), 6)
     )
 
 
@@ -70,6 +70,13 @@ def clear_of(landing: Landing, pose: Pose2D | None = None) -> float:
     return max(math.hypot(x - landing.car[0], y - landing.car[1]) + BEYOND - away, 0.0)
 
 
+def pose_of(values: Sequence[float]) -> Pose2D:
+    """Return the pose of x, y and yaw; ``InvalidInput`` unless these are three finite numbers."""
+    if len(values) != 3 or not Pose2D(*values).is_finite():
+        raise InvalidInput(f"a pose is three finite numbers, x, y and yaw, not {list(values)!r:.60}")
+    return Pose2D(*values)
+
+
 def grid_of(part: FloorPart) -> GridMap:
     """Return a part of a map as a grid.
 
@@ -78,7 +85,7 @@ def grid_of(part: FloorPart) -> GridMap:
     InvalidInput
         Its cells are damaged.
     """
-    info = GridInfo(part.resolution, part.width, part.height, part.origin.planar())
+    info = GridInfo(part.resolution, part.width, part.height, pose_of(part.origin))
     cells = part.width * part.height
     if cells > MOST_CELLS:
         raise InvalidInput(f"a part of a map has at most {MOST_CELLS} cells, not {cells}")

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from ppaas.buildings.riding.floor_belief import FloorBelief
 from ppaas.buildings.riding.floor_finder import FloorFinder
-from ppaas.buildings.riding.floor_maps import SIGHT, grid_of
+from ppaas.buildings.riding.floor_maps import SIGHT, grid_of, pose_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse
-from ppaas.messages.geometry_msgs import Pose
 
 LOOKS = 6
 """Number of scans from outside the car that the answer needs, all of which leave the same floor known."""
@@ -46,7 +45,7 @@ class FloorSearch:
         self._since = request.seconds
         self._pressure = 0.0
         floors = {
-            part.floor: (build_layers(grid_of(part), threads=1), part.change.planar() @ pose) for part in request.floors
+            part.floor: (build_layers(grid_of(part), threads=1), pose_of(part.change) @ pose) for part in request.floors
         }
         self._finder = FloorFinder(self._belief, floors, odom, parameters)
         self._first, self._clear = odom, request.clear
@@ -88,4 +87,4 @@ class FloorSearch:
         pose, fits = self._finder.on(floor)
         known = self._is_out and self._finder.found is not None
         share = self._belief.probabilities()[floor]
-        return FindFloorResponse(floor, known, share, fits, Pose.of(pose), self._pressure)
+        return FindFloorResponse(floor, known, share, fits, [*pose], self._pressure)

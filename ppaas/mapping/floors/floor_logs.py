@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ppaas.buildings.building import Building, Floor
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.floors.levels import Level
+from ppaas.mapping.floors.levels import DriveLevel
 from ppaas.mapping.pipeline.offline import LogMap
 from ppaas.mapping.scan_log import ScanLog
 
@@ -37,7 +37,7 @@ class FloorLog(NamedTuple):
     log: ScanLog
 
 
-def floor_logs(log: ScanLog, levels: Sequence[Level]) -> list[FloorLog]:
+def floor_logs(log: ScanLog, levels: Sequence[DriveLevel]) -> list[FloorLog]:
     """Return the logs of the floors that have scans, lowest first; scans of rides belong to none.
 
     Raises

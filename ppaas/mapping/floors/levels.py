@@ -32,7 +32,7 @@ SAME = 1.4
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class DriveLevel:
     """Floor of a drive.
 
     Parameters
@@ -54,7 +54,7 @@ class Level:
         return inside
 
 
-def levels_of(stamps: NDArray[np.float64], heights: NDArray[np.float64]) -> list[Level]:
+def levels_of(stamps: NDArray[np.float64], heights: NDArray[np.float64]) -> list[DriveLevel]:
     """Return the floors of a drive, lowest first.
 
     Parameters
@@ -79,7 +79,7 @@ def levels_of(stamps: NDArray[np.float64], heights: NDArray[np.float64]) -> list
     latest = max(found, key=lambda level: level.spans[-1])
     latest.spans[-1] = latest.spans[-1][0], np.inf
     lowest = min(level.elevation for level in found)
-    leveled = [Level(round(level.elevation - lowest, 2), level.spans) for level in found]
+    leveled = [DriveLevel(round(level.elevation - lowest, 2), level.spans) for level in found]
     return sorted(leveled, key=lambda level: level.elevation)
 
 
@@ -105,13 +105,13 @@ def _stays(times: Numbers, means: Numbers) -> Iterator[tuple[float, float]]:
         yield float(times[first]), float(times[last])
 
 
-def _joined(stays: list[tuple[float, float]], times: Numbers, means: Numbers) -> list[Level]:
+def _joined(stays: list[tuple[float, float]], times: Numbers, means: Numbers) -> list[DriveLevel]:
     """Return the floors of stays, in the order in which they are reached first."""
 
     def height(first: float, last: float) -> float:
         return float(means[(times >= first) & (times <= last)].mean())
 
-    found = [Level(0.0, [stays[0]])]
+    found = [DriveLevel(0.0, [stays[0]])]
     here = found[0]
     for (begin, end), (first, last) in itertools.pairwise(stays):
         rise = height(first, min(first + END, last)) - height(max(end - END, begin), end)
@@ -121,7 +121,7 @@ def _joined(stays: list[tuple[float, float]], times: Numbers, means: Numbers) ->
             here.spans[-1] = here.spans[-1][0], last  # it has not left the floor
             continue
         if abs(nearest.elevation - elevation) > SAME:
-            nearest = Level(elevation)
+            nearest = DriveLevel(elevation)
             found.append(nearest)
         here = nearest
         here.spans.append((first, last))

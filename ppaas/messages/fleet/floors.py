@@ -2,16 +2,14 @@
 
 from msgspec import field
 
-from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import OwnMessage, ServiceType, UInt32
-from ppaas.messages.geometry_msgs import Pose
 
 PACKAGE = "ppaas_msgs"
 """ROS package of these types."""
 
 
-def _at_origin() -> Pose:
-    return Pose.of(Pose2D(0.0, 0.0))
+def _at_origin() -> list[float]:
+    return [0.0, 0.0, 0.0]
 
 
 class FloorPart(OwnMessage):
@@ -23,13 +21,14 @@ class FloorPart(OwnMessage):
         Name of the floor.
     elevation : float
         Height of the floor [m].
-    change : Pose
-        Pose of the frame of the robot's map in the frame of this map, if the car stands at this floor.
+    change : list of float
+        Pose of the frame of the robot's map in the frame of this map, if the car stands at this floor: x, y [m], yaw
+        [rad].
     resolution : float
         Edge of a cell [m].
     width, height : int
         Numbers of cells along x and y.
-    origin : Pose
+    origin : list of float
         Pose of the corner of the first cell in the frame of the map.
     data : bytes
         Cells, row by row, as in ``nav_msgs/OccupancyGrid``, compressed with zlib.
@@ -40,9 +39,9 @@ class FloorPart(OwnMessage):
     resolution: float
     width: UInt32
     height: UInt32
-    origin: Pose
+    origin: list[float]
     data: bytes
-    change: Pose = field(default_factory=_at_origin)
+    change: list[float] = field(default_factory=_at_origin)
 
 
 class FindFloorRequest(OwnMessage):
@@ -89,8 +88,8 @@ class FindFloorResponse(OwnMessage):
         Probability of the floor.
     fits : bool
         Whether the last scan fits the map of that floor.
-    pose : Pose
-        Pose of the robot in the frame of the map of that floor.
+    pose : list of float
+        Pose of the robot in the frame of the map of that floor: x, y [m], yaw [rad].
     pressure : float
         Pressure of the air now [Pa]; 0 without a barometer.
     """
@@ -99,7 +98,7 @@ class FindFloorResponse(OwnMessage):
     known: bool = False
     probability: float = 0.0
     fits: bool = False
-    pose: Pose = field(default_factory=_at_origin)
+    pose: list[float] = field(default_factory=_at_origin)
     pressure: float = 0.0
 
 

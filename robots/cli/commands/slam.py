@@ -61,6 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
     _configure_outputs(parser)
+    _configure_floors(parser)
     _configure_inputs(parser)
 
 
@@ -92,19 +93,22 @@ def _configure_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--octomap-parameter", action="append", metavar="NAME=VALUE", help="parameter of it, as resolution=0.1"
     )
-    parser.add_argument(
-        "--floors",
-        type=Path,
-        metavar="FOLDER",
-        help="write a map of each floor of a drive over several floors, and their building; of a bag with a barometer, "
-        "or an odometry with heights",
-    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
     parser.add_argument(
         "--score",
         type=Path,
         metavar="RELATIONS",
         help="print errors: lines 't1 t2 x y z roll pitch yaw' are true, or a trajectory, also of TUM or KITTI",
+    )
+
+
+def _configure_floors(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--floors",
+        type=Path,
+        metavar="FOLDER",
+        help="write a map of each floor of a drive over several floors, and their building; of a bag with a barometer, "
+        "or an odometry with heights",
     )
 
 

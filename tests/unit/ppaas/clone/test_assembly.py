@@ -38,8 +38,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "move_base/local_costmap/costmap", "local_costmap/published_footprint", "move_base/local_costmap/footprint",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
         "move_base/result", "move_base/current_goal", "goal_update", "dynamic_pose", "move_base/goal_update",
-        "robots", "people", "battery_state", "detected_dock_pose", "docking_server/status", "lift", "lift_state",
-        "local_costmap/footprint",
+        "robots", "people", "battery_state", "barometer", "detected_dock_pose", "docking_server/status",
+        "docking_server/way", "docking_server/way_state", "lift", "lift_state", "local_costmap/footprint",
         "people_coordinator/state", "speed_limit", "stop/state", "teleop_cmd", "teleop_state", "follow_waypoints/goal",
         "follow_waypoints/cancel",
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
@@ -53,7 +53,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "move_base/clear_costmaps", "global_costmap/clear_entirely_global_costmap",
         "local_costmap/clear_entirely_local_costmap", "rosapi/get_param", "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
-        "republish_tfs", "global_localization", "request_nomotion_update",
+        "republish_tfs", "global_localization", "request_nomotion_update", "find_floor",
     }  # fmt: skip
 
 

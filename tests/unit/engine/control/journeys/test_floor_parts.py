@@ -54,7 +54,7 @@ def test_the_parts_of_all_floors_are_sent_with_where_the_robot_is_on_each(maps: 
     assert request.clear == pytest.approx(1.4 - 0.5)
     outside = floor_request(replace(JOURNEY, phase="looking"), building, parts, None, 80.0)
     assert (outside.clear, floor_request(JOURNEY, building, parts, None, 80.0).clear) == (0.0, pytest.approx(1.4))
-    changes = {part.floor: part.change.planar() for part in request.floors}
+    changes = {part.floor: Pose2D(*part.change) for part in request.floors}
     assert changes["L0"] == pytest.approx(Pose2D(-1.0, 0.0, 0.0)) and changes["L1"] == pytest.approx(Pose2D(0, 0, 0))
     assert changes["L2"] == pytest.approx(Pose2D(1.0, 0.0, 0.0))
     assert {part.elevation for part in request.floors} == {0.0, 4.0, 8.0}

@@ -21,7 +21,6 @@ from ppaas.errors import Conflict, NotFound, NoValidPath, PPaaSError, Unavailabl
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 from tests.support.waiting import until
@@ -272,7 +271,7 @@ async def test_a_clone_that_cannot_compare_scans_believes_the_lift(
 async def test_a_robot_that_scans_show_on_another_floor_goes_on_from_its_map(
     around: Around, running: Callable[[JourneySite], None]
 ) -> None:
-    around.robot.answers = [FindFloorResponse("L1", known=True, pose=Pose.of(Pose2D(1.0, 2.5, 1.5)))]
+    around.robot.answers = [FindFloorResponse("L1", known=True, pose=[1.0, 2.5, 1.5])]
     site = around.site()
     site.begin(JOURNEY)
     running(site)

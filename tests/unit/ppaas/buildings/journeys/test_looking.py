@@ -153,3 +153,17 @@ def test_what_a_ride_has_shown_is_forgotten_with_the_next_one() -> None:
     fresh: dict[str, Any] = {name: getattr(machine.journey, name) for name in ("found", "lied", "looks", "pressure")}
     assert fresh == {"found": "", "lied": "", "looks": 0, "pressure": 0.0}
     assert isinstance(machine.journey, Journey) and machine.journey.phase == "waiting"
+
+
+def test_a_lift_that_has_lied_is_heard_again_once_its_doors_have_closed() -> None:
+    machine = leaving()
+    assert machine.doors_closed("") == [], "nothing was wrong"
+    machine.looked("L2", True, 1.0, (11.1, 1.5, 1.6), 6.0)
+    machine.on_floor("L2")
+    assert machine.obey(Alight("tb1", "north", "L3"), 6.5) == []
+    assert machine.doors_closed("") == [Keep(machine.journey), LookForFloor()]
+    assert machine.journey.looks_for_floor
+    assert machine.obey(Alight("tb1", "north", "L3"), 30.0)[-1] == ChangeFloor(
+        "L3", pytest.approx((21.0, 1.0, math.pi / 2))
+    )
+    assert machine.on_floor("L3")[-1] == LookForFloor()

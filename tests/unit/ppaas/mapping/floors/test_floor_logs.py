@@ -9,7 +9,7 @@ import pytest
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.floors.floor_logs import FloorMap, floor_logs, surveyed_building
-from ppaas.mapping.floors.levels import Level
+from ppaas.mapping.floors.levels import DriveLevel
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_log import ScanLog
 
@@ -24,7 +24,11 @@ def log_of(poses: list[Pose2D]) -> ScanLog:
 
 def test_scans_of_rides_belong_to_no_floor() -> None:
     log = log_of([Pose2D(0.1 * n, 0.0) for n in range(10)])
-    levels = [Level(0.0, [(-np.inf, 2.0), (8.0, np.inf)]), Level(3.0, [(50.0, 60.0)]), Level(6.0, [(4.0, 6.0)])]
+    levels = [
+        DriveLevel(0.0, [(-np.inf, 2.0), (8.0, np.inf)]),
+        DriveLevel(3.0, [(50.0, 60.0)]),
+        DriveLevel(6.0, [(4.0, 6.0)]),
+    ]
     floors = floor_logs(log, levels)
     assert [(floor.name, floor.elevation, floor.scans.tolist()) for floor in floors] == [
         ("L1", 0.0, [0, 1, 2, 8, 9]), ("L2", 6.0, [4, 5, 6]),
@@ -46,7 +50,7 @@ def test_maps_join_where_the_robot_has_left_one_and_come_to_the_other() -> None:
     ]
     drift = Pose2D(0.4, 0.2, 0.3)
     log = log_of([true[0], true[1], *(drift @ pose for pose in true[2:])])
-    floors = floor_logs(log, [Level(0.0, [(-np.inf, 2.0)]), Level(3.5, [(3.0, np.inf)])])
+    floors = floor_logs(log, [DriveLevel(0.0, [(-np.inf, 2.0)]), DriveLevel(3.5, [(3.0, np.inf)])])
     maps = []
     for floor in floors:
         poses = np.array([tuple(frames[floor.name].inverse() @ true[scan]) for scan in floor.scans])

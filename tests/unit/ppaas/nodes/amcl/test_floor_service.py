@@ -16,7 +16,6 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.sensor_msgs import FluidPressure
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.graph import Graph
@@ -35,7 +34,7 @@ START = Pose2D(1.0, 1.0, 0.5)
 def parts(shift: Pose2D = Pose2D(0.0, 0.0)) -> list[FloorPart]:
     """Return the maps of all floors; the frame of the robot's map has a pose in each of theirs."""
     found = [part_around(grid, START, name, 4.0 * n) for n, (name, grid) in enumerate(FLOORS.items())]
-    return [replace(part, change=Pose.of(shift)) for part in found]
+    return [replace(part, change=[*shift]) for part in found]
 
 
 def asked(**fields: object) -> FindFloorRequest:
@@ -77,7 +76,7 @@ def test_the_floor_is_found_by_scans_whatever_the_lift_says(really: str) -> None
     robot.step(30, turn=0.8)
     [answer] = robot.answers
     assert isinstance(answer, FindFloorResponse) and (answer.floor, answer.known, answer.fits) == (really, True, True)
-    assert answer.pose.planar().distance_to(robot.world.pose) < 0.1 and answer.probability > 0.99
+    assert Pose2D(*answer.pose).distance_to(robot.world.pose) < 0.1 and answer.probability > 0.99
 
 
 def test_the_pose_is_on_the_map_of_the_floor_that_was_found() -> None:
@@ -89,11 +88,11 @@ def test_the_pose_is_on_the_map_of_the_floor_that_was_found() -> None:
         for name, grid in FLOORS.items()
     }
     floors = [part_around(grid, shift @ START, name, 4.0 * n) for n, (name, grid) in enumerate(moved.items())]
-    robot.call(asked(floors=[replace(part, change=Pose.of(shift)) for part in floors]))
+    robot.call(asked(floors=[replace(part, change=[*shift]) for part in floors]))
     robot.step(30, turn=0.8)
     [answer] = robot.answers
     assert isinstance(answer, FindFloorResponse) and answer.floor == "L3"
-    assert answer.pose.planar().distance_to(shift @ START) < 0.1
+    assert Pose2D(*answer.pose).distance_to(shift @ START) < 0.1
 
 
 def test_floors_that_look_alike_are_distinguished_by_the_barometer_alone() -> None:
@@ -154,7 +153,7 @@ def test_a_part_of_a_large_map_is_around_the_lift() -> None:
         np.arange(1000 * 800, dtype=np.int64).reshape(800, 1000).astype(np.int8) % 100, GridInfo(0.1, 1000, 800)
     )
     part = part_around(large, Pose2D(90.0, 5.0), "L1", 0.0)
-    assert part.origin.planar() == pytest.approx(Pose2D(90.0 - REACH, 0.0, 0.0), abs=0.1)
+    assert Pose2D(*part.origin) == pytest.approx(Pose2D(90.0 - REACH, 0.0, 0.0), abs=0.1)
     cells = grid_of(part)
     row, column = cells.info.to_cells(np.array((90.0, 5.0))).tolist()
     first, second = large.info.to_cells(np.array((90.0, 5.0))).tolist()
