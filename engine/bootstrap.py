@@ -19,6 +19,7 @@ from engine.control.master_calls.cloud import Cloud
 from engine.control.master_calls.server import SOCKET, EndpointServer, Extra
 from engine.control.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
 from engine.control.robot_sessions import RobotSessions
+from engine.control.tasks.runner import TaskRunner
 from engine.devices.hosts import DeviceHosts
 from engine.fabric.router import RouterProcess
 from engine.leadership.leadership import Leadership
@@ -255,6 +256,10 @@ class Engine(CloudListener):
             self.reserve.keep()
         self.store: Store = open_store(config.store, outbox=outbox, reserve=reserve)
         self.map_store: MapStore = open_map_store(config.map_store, reserve=reserve)
+
+    def task_runner(self, kept_for: float) -> TaskRunner:
+        """Return what leads the tasks of the cloud, which are kept for a time after their end [s]."""
+        return self.cloud.task_runner(self.store, self.map_store, kept_for, self.journeys)
 
     def _let_lead(self, leadership: Leadership) -> str:
         """Give orders only while this process leads; return the process that it replaced, if there was one."""

@@ -7,7 +7,7 @@ when Move Base publishes their results, each of which is one message.
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from engine.control.tasks.robots import OpenPlaces
+from engine.control.open_places import OpenPlaces
 from engine.control.views import STATES
 from engine.links.place_link import PlaceLink
 from engine.specs.work_counts import FOLLOWED

@@ -44,6 +44,10 @@ class FloorTrips:
         refused = [self._refused[robot]] if robot in self._refused else []
         return [*map(view_of, self._journeys.of_robot(self._user, robot)), *refused]
 
+    def led(self, robot: str) -> frozenset[str]:
+        """Return the goals on floors to which a robot is led now, by tasks or by users."""
+        return frozenset(journey.id for journey in self._active(robot))
+
     def is_riding(self, robot: str) -> bool:
         """Return whether a robot is in a lift."""
         return any(journey.is_aboard for journey in self._active(robot))

@@ -121,7 +121,7 @@ class TaskGroup:
         self._store = store
         self._robots = robots
         self._report = partial(changed, area.user)
-        self._trips = FloorTrips(journeys, area.user) if journeys is not None and area.has_floors else None
+        self._trips = None if journeys is None else FloorTrips(journeys, area.user)
         self.kept_for = kept_for
         self._dispatcher: Dispatcher | None = None
         self._records: dict[str, MapTask] = {}
@@ -247,13 +247,16 @@ class TaskGroup:
         await self._obey(dispatcher.see(seen, now, self._lost(dispatcher), riding))
 
     def _seen(self, dispatcher: Dispatcher, robot: str, now: RobotNow) -> RobotNow:
-        """Return a robot with the floor that it is on; one that must leave a lift first has no place yet."""
-        if self._trips is None or now.place is None:
+        """Return a robot with the floor that it is on, and with the goals of its journeys, also while these wait.
+
+        One that must leave a lift first has no place yet.
+        """
+        if self._trips is None or not self.area.has_floors:
             return now
         task = next((task for task in dispatcher.tasks.values() if task.robot == robot), None)
         is_leaving = self._trips.is_leaving(robot, "" if task is None else task.goal_id)
-        place = None if is_leaving else on_floor(now.place, self._floors.get(robot, ""))
-        return dataclasses.replace(now, place=place)
+        place = None if is_leaving or now.place is None else on_floor(now.place, self._floors.get(robot, ""))
+        return dataclasses.replace(now, place=place, goals=now.goals | self._trips.led(robot))
 
     def _note_buttons(self, dispatcher: Dispatcher, robots: Iterable[str]) -> None:
         """Confirm the tasks that hold robots whose buttons were pressed."""

@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Literal, Protocol
 
+from engine.control.open_places import OpenPlaces
 from engine.control.tasks.docking import DockingClient
 from engine.links.place_link import PlaceLink
-from engine.links.presence import RobotPresence
-from engine.master.places import PlaceRequest, robot_key
+from engine.master.places import robot_key
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, monotonic
 from ppaas.energy.battery import Battery, BatteryEstimator
@@ -17,23 +17,6 @@ from ppaas.tasks.orders import Outcome, RobotNow, Send
 from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Place, pose_of
 from storage.names import Group
-
-
-class OpenPlaces(Protocol):
-    """Open places, as a driver of the master knows them."""
-
-    @property
-    def presence(self) -> RobotPresence:
-        """Robots that are connected."""
-        ...
-
-    def place(self, key: str) -> PlaceLink | None:
-        """Return the link of an open place, or None."""
-        ...
-
-    def request_of(self, key: str) -> PlaceRequest | None:
-        """Return the request of an open or queued place, or None."""
-        ...
 
 
 class RobotGoal(Protocol):

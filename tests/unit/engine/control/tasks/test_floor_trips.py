@@ -19,12 +19,12 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.records import Task
 from ppaas.tasks.ways import NO_WAY
-from storage.buildings.records import BuildingRecord, BuildingVersion
+from storage.buildings.records import BuildingRecord, BuildingVersion, no_building_of
 from storage.records import MapTask
 from tests.support.endpoints.still_place import StillRobot
 from tests.support.engine.at_once import at_once
 from tests.support.engine.specs import robot_request
-from tests.unit.engine.control.tasks.test_runner import CANCEL, GOAL, Hall, ends, goals, in_metres, tell
+from tests.unit.engine.control.tasks.test_runner import CANCEL, GOAL, Hall, goals, in_metres, tell
 
 HOTEL = Building(floors=(Floor(name="L1", map="house"), Floor(name="L2", map="loft", elevation=3.0)))
 BOTH = ("L1", "L2")
@@ -35,6 +35,7 @@ class Journeys:
 
     def __init__(self) -> None:
         self.led: dict[str, Journey] = {}
+        self.is_known = True
         self.seconds: list[list[float | None]] = []
         self.asked: list[tuple[Sequence[BuildingSpot], Sequence[BuildingSpot]]] = []
 
@@ -42,6 +43,8 @@ class Journeys:
         return [journey for journey in self.led.values() if (journey.user, journey.robot) == (user, robot)]
 
     async def lead(self, user: str, robot: str, floor: str, pose: Pose2D, *, goal_id: str = "") -> Journey:
+        if not self.is_known:
+            raise no_building_of("house")
         HOTEL.floor(floor)
         made = Journey(id=goal_id, user=user, robot=robot, building="hotel", floor=floor, goal=tuple(pose), on="L1")
         return self.led.setdefault(goal_id, made)
@@ -269,14 +272,58 @@ async def test_another_master_leads_a_robot_by_the_same_goal(tower: Tower) -> No
     assert tower.task("t").state == "done"
 
 
-async def test_a_building_that_was_changed_is_led_by_its_new_floors(tower: Tower) -> None:
+async def test_a_building_that_was_removed_fails_its_tasks_over_floors_and_sends_nobody(tower: Tower) -> None:
     place = await begun(tower, "L2")
     assert len(tower.group().area.maps) == len(HOTEL.floors)
     tower.store.remove_building("ann", "hotel")
+    tower.journeys.set("task-t-0-0", "failed", text="it is gone")
+    tower.journeys.is_known = False
     tower.store.put_task(MapTask("ann", "loft", Task(id="u", kind="go_to", places=((5.0, 0.0, 0.0),))))
-    tell(place, 0.0)
-    await tower.after(31.0)
+    for _ in range(15):
+        tell(place, 0.0)
+        await tower.after(5.0)
+    assert {area.maps for area in tower.runner._groups} == {(("", "house"),), (("", "loft"),)}
+    assert (tower.task("t").state, tower.task("t").failures) == ("failed", 3)
+    assert ("no floor of a building" in tower.task("t").reason, goals(place)) == (True, [])
+
+
+async def test_a_robot_on_a_journey_of_a_user_gets_no_task_also_while_it_waits_for_a_lift(tower: Tower) -> None:
+    place = tower.connect("r")
+    await tower.journeys.lead("ann", "r", "L2", Pose2D(1.0, 2.0), goal_id="journey-1")
+    tower.journeys.set("journey-1", "active", "waiting")
+    tower.add("t", 5.0)
+    await tower.after()
+    for _ in range(3):
+        tell(place, 0.0)
+        await tower.after(5.0)
+    assert (goals(place), tower.task("t").state) == ([], "queued")
+    tower.journeys.set("journey-1", "succeeded")
     tell(place, 0.0)
     await tower.after(5.0)
-    assert {area.maps for area in tower.runner._groups} == {(("", "house"),), (("", "loft"),)}
-    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+
+
+async def test_a_journey_of_a_task_that_was_cancelled_while_no_master_led_ends(tower: Tower) -> None:
+    place = tower.connect("r")
+    await tower.journeys.lead("ann", "r", "L2", Pose2D(1.0, 2.0), goal_id="task-old-0-0")
+    tower.add("t", 5.0)
+    for _ in range(2):
+        await tower.after(5.0)
+        tell(place, 0.0)
+    assert tower.journeys.led["task-old-0-0"].state == "canceled"
+
+
+async def test_two_tasks_to_one_floor_are_given_to_two_robots_by_the_times_of_both(tower: Tower) -> None:
+    one, other = tower.connect("one"), tower.connect("other")
+    tower.on["other"] = "loft"
+    tower.journeys.seconds = [[90.0], [10.0]]  # both tasks have one place
+    over(tower, "a", "L2")
+    over(tower, "b", "L2")
+    await tower.after()
+    tell(one, 0.0)
+    tell(other, 0.0)
+    await tower.after(5.0)
+    assert {tower.task("a").robot, tower.task("b").robot} == {"one", "other"}
+    assert {(journey.robot, journey.floor) for journey in tower.journeys.led.values()} == {
+        ("one", "L2"), ("other", "L2"),
+    }  # fmt: skip
