@@ -112,10 +112,7 @@ async def run(launch: Launch) -> None:
     container = Container(launch, home, endpoint, machine, notes, attendants=attendants, sessions=sessions)
     outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
-    told = _connected(attendants, machine)
-    if attendants is not None:
-        attendants.fitting.fitted = follow.load_changed
-        outside.use_spec(current.spec)
+    told = _connected(attendants, machine, follow)
     listening = asyncio.create_task(
         machine.serve(partial(_shared, outside, groups), partial(_resize, threads), endpoint.came, follow, told)
     )
@@ -197,10 +194,17 @@ def _restore(graph: Graph, launch: Launch) -> None:
         raise InvalidInput(f"{error}; connect again to start a new session without it") from error
 
 
-def _connected(attendants: Attendants | None, machine: MachineClient) -> Callable[[machine_link.RecorderTold], None]:
-    """Connect the recorder of a clone with its machine; return the function that passes on its answers."""
+def _connected(
+    attendants: Attendants | None, machine: MachineClient, follow: MapFollower
+) -> Callable[[machine_link.RecorderTold], None]:
+    """Connect the recorder of a clone with its machine, and its load with what depends on it.
+
+    Return the function that passes on the answers to the recorder.
+    """
     if attendants is None:
         return lambda _: None
+    attendants.fitting.fitted = follow.load_changed
+    follow.outside.use_spec(follow.current.spec)
     attendants.recording.connect(machine)
     return attendants.recording.told
 

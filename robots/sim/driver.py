@@ -66,7 +66,7 @@ class MeasuredBattery(Protocol):
         ...
 
 
-class Lift(Protocol):
+class RobotLift(Protocol):
     """Lift of a robot."""
 
     @property
@@ -128,7 +128,7 @@ class Driver:
         Whether depth images are sent as ``compressedDepth``, in a fifth of the bytes.
     battery : MeasuredBattery, optional
         Battery of the robot, of which nothing is published without one.
-    lift : Lift, optional
+    lift : RobotLift, optional
         Lift of the robot, likewise.
     """
 
@@ -141,7 +141,7 @@ class Driver:
         *,
         compressed: bool = True,
         battery: MeasuredBattery | None = None,
-        lift: Lift | None = None,
+        lift: RobotLift | None = None,
     ) -> None:
         self._robot = robot
         self._battery, self._lift = battery, lift
@@ -189,7 +189,7 @@ class Driver:
                 await self._client.publish(BATTERY_STATE.name, battery.message(stamp), newest_only=True)
             await asyncio.sleep(max(due.next - self._clock(), 0.0))
 
-    async def _serve(self, lift: Lift) -> None:
+    async def _serve(self, lift: RobotLift) -> None:
         await self._client.subscribe(LIFT.name, Bool, lambda wanted: lift.command(wanted.data))
         while True:
             await self._client.publish(LIFT_STATE.name, Bool(lift.up), newest_only=True)

@@ -65,6 +65,33 @@ async def test_a_robot_docks_until_it_is_charged_although_its_container_is_kille
         await until(lambda: said[-1] == "")
 
 
+HALL = "hall"
+PAIR = {"dead": Pose2D(4.2, 1.2, 0.0), "moved": Pose2D(4.2, 2.8, 0.0)}
+
+
+def zones_of_pair(shift: float) -> ZoneSet:
+    """Return both docks, of which one is moved aside [m]."""
+    places = PAIR | {"moved": Pose2D(4.2, 2.8 - shift, 0.0)}
+    return ZoneSet([Zone(Point([at.x, at.y]), Dock(name=name, yaw=0.0)) for name, at in places.items()])
+
+
+async def test_a_robot_goes_on_to_a_dock_that_was_moved_if_one_gives_no_current(cloud: RunningCloud) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, HALL, GARAGE)
+    await rest.put_zones(HALL, geojson_of(zones_of_pair(0.0)))
+    docking = {"max_retries": 0, "wait_charge_timeout": 2.0, "next_docks": {"dead": "moved"}}
+    file = RobotFile(map=HALL, initial_pose=(3.4, 1.2, 0.0), cores=0.5, parameters={"docking_server": docking})
+    await rest.put_robot("tn", file)
+    async with docked_scene(cloud.url, str(rest.token), "tn", GARAGE, zones_of_pair(0.2), file) as scene:
+        dead, moved = scene.docks.chargers
+        dead.fault = ChargerFault.DEAD
+        status, result = await scene.dock("dead")
+        assert (status.status, result.success) == (Status.SUCCEEDED, True), status.text
+        assert moved.touches(scene.robot.base.pose) and scene.parts.battery.flow > 1.0
+        [row] = [each for each in await rest.items("/v1/robots") if each["id"] == "tn"]
+        assert not row["error"], row
+
+
 STORE = "store"
 STOREROOM = walled_map(7.0, 5.0, [])
 UNDER = Pose2D(2.6, 2.5, 0.0)

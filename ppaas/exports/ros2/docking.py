@@ -8,6 +8,7 @@ import yaml
 
 from ppaas.clone.driving import outline_of
 from ppaas.docking.dock import MappedDock, docks_of
+from ppaas.docking.failures import DockTypeUnknown
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.docking.targets import DockTargets
 from ppaas.exports.ros2.draft import SetupDraft
@@ -41,7 +42,9 @@ def add_docking(draft: SetupDraft) -> bytes | None:
         draft.unused(SERVER, "the map has no docks: draw zones of the kind 'dock'")
         return None
     given = read_parameters(DockingParameters, SERVER, draft.robot.given.get(SERVER, {}))
-    targets = DockTargets(given, outline_of(draft.robot.body))
+    plugins = _plugins(draft, DockTargets(given, outline_of(draft.robot.body)), docks)
+    if not plugins:
+        return None
     draft.put(f"{SERVER}.base_frame", "base_link")
     for name in SAME:
         draft.put(f"{SERVER}.{name}", getattr(given, name))
@@ -52,19 +55,25 @@ def add_docking(draft: SetupDraft) -> bytes | None:
     for name, why in NOT_IN_NAV2.items():
         if draft.robot.is_given(SERVER, name):
             draft.report.without_effect(f"{SERVER}.{name}", why)
-    plugins = _plugins(targets, docks)
     draft.put(f"{SERVER}.dock_plugins", sorted({plugin for plugin, _ in plugins.values()}))
     for plugin, kind in dict(plugins.values()).items():
-        _add_type(draft, plugin, kind, charges=any(dock.charges for dock in docks if plugins[dock][0] == plugin))
+        charges = any(dock.charges for dock, (name, _) in plugins.items() if name == plugin)
+        _add_type(draft, plugin, kind, charges=charges)
     _set_direction(draft, [kind for _, kind in plugins.values()])
     return _docks_file(plugins)
 
 
-def _plugins(targets: DockTargets, docks: Iterable[MappedDock]) -> dict[MappedDock, tuple[str, DockType]]:
+def _plugins(
+    draft: SetupDraft, targets: DockTargets, docks: Iterable[MappedDock]
+) -> dict[MappedDock, tuple[str, DockType]]:
     """Return the name of the plug-in of each dock, and the settings of its type."""
     plugins = {}
     for each in docks:
-        name, kind = targets.type_of(each.type)
+        try:
+            name, kind = targets.type_of(each.type)
+        except DockTypeUnknown as error:
+            draft.report.refused(each.in_words, str(error))
+            continue
         dock = targets.target(each).dock
         plugins[dock] = re.sub(r"\W", "_", name) + ("" if dock.charges else "_without_charge"), kind
     return plugins

@@ -1,4 +1,4 @@
-"""What the robot carries: taken up at a dock as its lift reports, until the lift is down again."""
+"""The load of the robot: taken up at a dock as its lift reports, until the lift is down again."""
 
 import msgspec
 
@@ -11,7 +11,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 
 
-class Load(msgspec.Struct, frozen=True):
+class TakenLoad(msgspec.Struct, frozen=True):
     """Load of a robot.
 
     Parameters
@@ -37,13 +37,13 @@ class CarriedLoad:
 
     Attributes
     ----------
-    load : Load or None
+    load : TakenLoad or None
     """
 
     def __init__(self, context: Context, parameters: DockingParameters) -> None:
-        self.load: Load | None = None
+        self.load: TakenLoad | None = None
         self._context, self._types = context, parameters.dock_types
-        self._expected: Load | None = None
+        self._expected: TakenLoad | None = None
 
     @property
     def report(self) -> str:
@@ -52,7 +52,7 @@ class CarriedLoad:
 
     def expect(self, dock: MappedDock, dock_type: str) -> None:
         """Note at which dock the lift was sent up, by its name and its type."""
-        self._expected = Load(dock_type, f"the load of {dock.in_words}")
+        self._expected = TakenLoad(dock_type, f"the load of {dock.in_words}")
 
     def note(self, lifted: bool | None) -> bool:
         """Take what the lift reports; return whether that has changed what the robot carries.
@@ -68,7 +68,7 @@ class CarriedLoad:
         self._context.publish(topics.LOCAL_LOAD.name, Polygon([Point32(x, y) for x, y in outline]))
         return True
 
-    def _only(self) -> Load | None:
+    def _only(self) -> TakenLoad | None:
         """Return a load of the only type of loads."""
         of_loads = [name for name, kind in self._types.items() if kind.load]
-        return Load(of_loads[0], f"a load of type {of_loads[0]!r}") if len(of_loads) == 1 else None
+        return TakenLoad(of_loads[0], f"a load of type {of_loads[0]!r}") if len(of_loads) == 1 else None

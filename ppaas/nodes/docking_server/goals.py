@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.nav2_servers import DockPhase, DockRobotGoal, UndockRobotGoal
 from ppaas.nodes import topics
-from ppaas.nodes.docking_server.carried import Load
+from ppaas.nodes.docking_server.carried import TakenLoad
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.nav2_actions import (
@@ -113,7 +113,7 @@ class DockingState(msgspec.Struct):
     docked: DockedAt | None = None
     near: bool = False
     counter: int = 0
-    load: Load | None = None
+    load: TakenLoad | None = None
 
 
 def dock_goal(goal_id: str, stamp: float, asked: DockRobotGoal, tree: TransformTree, *, charges: bool) -> DockGoal:

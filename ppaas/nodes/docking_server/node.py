@@ -113,7 +113,7 @@ class DockingServerNode(Node):
         self._dock_goals: GoalList[DockGoal] = GoalList()
         self._undock_goals: GoalList[UndockGoal] = GoalList()
         self._counter, self._stopped, self._by_hand = 0, "", ""
-        self._handlers: Mapping[str, Callable[[Payload], None]] = {
+        own: Mapping[str, Callable[[Payload], None]] = {
             DOCK_ROBOT.goal.name: self._on_dock, DOCK_ROBOT.cancel.name: partial(self._on_cancel, self._dock_goals),
             UNDOCK_ROBOT.goal.name: self._on_undock,
             UNDOCK_ROBOT.cancel.name: partial(self._on_cancel, self._undock_goals),
@@ -122,7 +122,8 @@ class DockingServerNode(Node):
             topics.DETECTED_DOCK_POSE.name: self._on_pose, topics.STOP_STATE.name: self._on_stop,
             topics.TELEOP_STATE.name: self._on_teleop, topics.LIFT_STATE.name: self._on_lift,
             topics.DOCK_WAY_STATE.name: self._on_way_state,
-        } | {topic.name: self._on_other_goal for topic in OTHER_GOALS}  # fmt: skip
+        }  # fmt: skip
+        self._handlers = {**own, **{topic.name: self._on_other_goal for topic in OTHER_GOALS}}
 
     @property
     def busy(self) -> bool:

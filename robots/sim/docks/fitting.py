@@ -12,7 +12,7 @@ from ppaas.parameters import read_parameters
 from ppaas.zones.zone import ZoneSet
 from robots.sim.docks.battery import BatteryModel, SimulatedBattery
 from robots.sim.docks.charger import Charger
-from robots.sim.docks.shelf import Shelf, SimulatedLift, shelf_under
+from robots.sim.docks.shelf import Shelf, ShelfLift, shelf_under
 from robots.sim.robot import SimulatedRobot, TurtlebotModel
 from robots.sim.world import World
 
@@ -45,7 +45,7 @@ class DocksOfWorld:
     def parts_of(self, robot: SimulatedRobot, *, seed: int = 0, charge: float = 0.5) -> "DockingParts":
         """Return what a robot has for these docks: a battery, and a lift if there are shelves."""
         battery = RobotBattery(robot, self.chargers, seed=seed, charge=charge)
-        return DockingParts(self.world.dt, battery, SimulatedLift(robot, self.shelves) if self.shelves else None)
+        return DockingParts(self.world.dt, battery, ShelfLift(robot, self.shelves) if self.shelves else None)
 
 
 def fit_docks(world: World, zones: ZoneSet, parameters: Mapping[str, Any]) -> DocksOfWorld:
@@ -66,7 +66,7 @@ class DockingParts:
 
     step: float
     battery: "RobotBattery"
-    lift: SimulatedLift | None = None
+    lift: ShelfLift | None = None
 
     def after_step(self) -> None:
         """Simulate them for a step of the world."""

@@ -11,7 +11,7 @@ from robots.sim.world import World
 
 
 @dataclass(frozen=True, slots=True)
-class LiftModel:
+class ShelfLiftModel:
     """Parameters of a lift.
 
     Parameters
@@ -62,7 +62,7 @@ class Shelf:
         return table(pose, self.length, self.width)
 
 
-class SimulatedLift:
+class ShelfLift:
     """Lift of a robot.
 
     Parameters
@@ -70,7 +70,7 @@ class SimulatedLift:
     robot : SimulatedRobot
     shelves : sequence of Shelf
         Shelves in its world.
-    model : LiftModel, optional
+    model : ShelfLiftModel, optional
 
     Attributes
     ----------
@@ -82,10 +82,10 @@ class SimulatedLift:
         Whether it does not move.
     """
 
-    def __init__(self, robot: SimulatedRobot, shelves: Sequence[Shelf], model: LiftModel | None = None) -> None:
+    def __init__(self, robot: SimulatedRobot, shelves: Sequence[Shelf], model: ShelfLiftModel | None = None) -> None:
         self.shelf: Shelf | None = None
         self.up = self.jammed = False
-        self._robot, self._shelves, self._model = robot, shelves, model or LiftModel()
+        self._robot, self._shelves, self._model = robot, shelves, model or ShelfLiftModel()
         self._wanted, self._left = False, 0.0
         self._offset = Pose2D(0.0, 0.0)
 

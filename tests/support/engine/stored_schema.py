@@ -21,6 +21,7 @@ from ppaas.nodes.depth_images import DepthLens
 from ppaas.nodes.docking_server.goals import DockingState
 from ppaas.nodes.explore.goals import Exploration
 from ppaas.nodes.follow_person.node import FollowPersonState
+from ppaas.nodes.footprint.node import FootprintState
 from ppaas.nodes.grid_slam.logbook import Head, Located
 from ppaas.nodes.move_base.node import MoveBaseState
 from ppaas.nodes.people_tracker.node import PeopleTrackerState
@@ -40,6 +41,7 @@ NODES: dict[str, Any] = {
     "amcl": AmclState,
     "depthimage_to_laserscan": PinholeCamera,
     "docking_server": DockingState,
+    "footprint": FootprintState,
     "explore": tuple[Exploration | None, int],
     "follow_person": FollowPersonState,
     "grid_slam": Head | Located,

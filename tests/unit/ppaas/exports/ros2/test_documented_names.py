@@ -15,12 +15,13 @@ from ppaas.exports.ros2.releases import Release
 from ppaas.imports.parameters.ros_yaml import ROS2_KEY
 from ppaas.nodes.grid_slam.parameters import WITHOUT_EFFECT, GridSlamParameters
 from tests.support.sources import ROOT
-from tests.unit.ppaas.exports.ros2.test_setup import exported, map_of, zone
+from tests.unit.ppaas.exports.ros2.test_setup import dock, exported, map_of, zone
 
 FOLDER = ROOT / "tests" / "unit" / "ppaas" / "imports" / "parameters"
 LISTS, OF_SLAM = FOLDER / "nav2" / "documented.toml", FOLDER / "release_names.json"
 
 NOT_LISTED = {
+    "opennav_docking::SimpleNonChargingDock": "docking_threshold",
     "nav2_controller::StoppedGoalChecker": "trans_stopped_velocity rot_stopped_velocity",
     "nav2_costmap_2d::ObstacleLayer": "observation_sources",
     "nav2_theta_star_planner::ThetaStarPlanner": "how_many_corners w_euc_cost w_traversal_cost w_heuristic_cost "
@@ -28,7 +29,10 @@ NOT_LISTED = {
 }
 """Names by the plug-in's source code: its page names those of the class that it extends, or none."""
 
-EXTENDS = {"nav2_controller::StoppedGoalChecker": "nav2_controller::SimpleGoalChecker"}
+EXTENDS = {
+    "opennav_docking::SimpleNonChargingDock": "opennav_docking::SimpleChargingDock",
+    "nav2_controller::StoppedGoalChecker": "nav2_controller::SimpleGoalChecker",
+}
 
 DEFAULTS = msgspec.structs.asdict(GridSlamParameters())
 
@@ -83,8 +87,12 @@ def unknown(table: dict[str, Any], names: set[str], plugins: Mapping[str, set[st
     [("dwa", "dijkstra"), ("mppi", "lattice"), ("pure_pursuit", "theta_star"), ("dwa", "astar")],
 )
 def test_all_names_are_documented(release: Release, controller: str, planner: str) -> None:
-    zones = map_of(zone("keep_out", 0.0), zone("speed_limit", 2.0, percent=50))
-    file = {"base_local_planner": controller, "base_global_planner": planner}
+    marks = dock("a", 1.0, dock_type="home"), dock("b", 2.0, charges=False, dock_type="reverse")
+    zones = map_of(zone("keep_out", 0.0), zone("speed_limit", 2.0, percent=50), *marks)
+    types = {
+        "docking_server": {"dock_types": {"home": {"detection": "pose"}, "reverse": {"dock_direction": "backward"}}}
+    }
+    file = {"base_local_planner": controller, "base_global_planner": planner, "parameters": types}
     document = yaml.safe_load(exported(file, zones, release).files["nav2_params.yaml"])
     nodes, plugins = documented()
     for node, content in document.items():

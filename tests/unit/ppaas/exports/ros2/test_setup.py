@@ -35,6 +35,11 @@ def zone(kind: str, x: float, **rule: Any) -> dict[str, Any]:
     return {"type": "Feature", "properties": {"name": f"{kind} {x:g}", "kind": kind, **rule}, "geometry": geometry}
 
 
+def dock(name: str, x: float, **rule: Any) -> dict[str, Any]:
+    properties = {"name": name, "kind": "dock", "yaw": 0.5, **rule}
+    return {"type": "Feature", "properties": properties, "geometry": {"type": "Point", "coordinates": [x, 1.0]}}
+
+
 def map_of(*zones: dict[str, Any], masks: dict[str, GridMap] | None = None, has_octomap: bool = False) -> MapToExport:
     features = {"type": "FeatureCollection", "features": list(zones)}
     grid = GridMap(np.zeros(INFO.shape, np.int8), INFO)
@@ -351,3 +356,64 @@ def test_a_file_that_the_clone_refuses_is_not_exported() -> None:
         exported({"parameters": {"amcl": {"min_particles": 0}}})
     with pytest.raises(InvalidParameter, match="needs its map 'office'"):
         robot_to_export("tb1", {"map": "office"})
+
+
+TYPES = {
+    "home": {"detection": "map", "staging_distance": 0.9, "charging_threshold": 0.2},
+    "rear": {"detection": "v_shape", "dock_direction": "backward"},
+    "shelf": {"detection": "legs", "distance": -0.4, "load": [[0.5, 0.3], [-0.5, 0.3], [-0.5, -0.3], [0.5, -0.3]]},
+}
+
+
+def with_docks(*names: str, release: Release = Release.JAZZY, **parameters: Any) -> Ros2Setup:
+    marks = [dock(f"dock {name}", 1.0 + number, dock_type=name) for number, name in enumerate(names)]
+    file = {"parameters": {"docking_server": {"dock_types": TYPES, **parameters}}}
+    return exported(file, map_of(*marks), release)
+
+
+def test_docks_of_the_map_are_those_of_the_docking_server() -> None:
+    setup = with_docks("home", "rear", "shelf", max_retries=5, patience=9.0)
+    server = parameters(setup, "docking_server")
+    assert (server["max_retries"], server["controller"]["k_phi"]) == (5, 3.0)
+    assert server["dock_plugins"] == ["home", "rear", "shelf_without_charge"]
+    assert server["home"] == {
+        "plugin": "opennav_docking::SimpleChargingDock", "staging_x_offset": -0.9, "docking_threshold": 0.015,
+        "use_battery_status": True, "charging_threshold": 0.2, "use_external_detection_pose": False,
+    }  # fmt: skip
+    shelf = server["shelf_without_charge"]
+    assert shelf["plugin"] == "opennav_docking::SimpleNonChargingDock" and shelf["use_external_detection_pose"]
+    docks = yaml.safe_load(setup.files["docks.yaml"])["docks"]
+    assert docks["dock home"] == {"type": "home", "frame": "map", "pose": [1.0, 1.0, 0.5]}
+    assert docks["dock rear"]["pose"] == [2.0, 1.0, pytest.approx(0.5 - np.pi, abs=1e-4)]
+    assert docks["dock shelf"]["type"] == "shelf_without_charge"
+    assert server["dock_backwards"] and server["rear"]["staging_yaw_offset"] == pytest.approx(np.pi)
+    assert "another one for those ahead" in entries(setup, "docking_server.dock_types")["refused"]
+    assert "v_shape" in entries(setup, "docking_server.dock_types.rear")["refused"]
+    assert "no effect" in entries(setup, "docking_server.patience")
+    assert entries(setup, "zone dock home") == {"translated": "a dock in docks.yaml"}
+
+
+def test_the_docking_server_is_started_with_its_docks() -> None:
+    setup = with_docks("home")
+    assert (
+        b'"docking_server": ("opennav_docking", "opennav_docking", {"dock_database": "docks.yaml"})'
+        in (setup.files["bringup.launch.py"])
+    )
+    assert "dock_backwards" not in parameters(setup, "docking_server")
+    humble = with_docks("home", "shelf", release=Release.HUMBLE)
+    plugins = parameters(humble, "docking_server")
+    assert plugins["shelf_without_charge"]["plugin"] == "opennav_docking::SimpleChargingDock"
+    assert plugins["shelf_without_charge"]["use_battery_status"] is False
+    assert b"ros-humble-opennav-docking" in humble.files["README.md"]
+
+
+def test_a_dock_that_the_robot_does_not_know_is_refused() -> None:
+    setup = with_docks("home", "rocket")
+    assert list(yaml.safe_load(setup.files["docks.yaml"])["docks"]) == ["dock home"]
+    assert "no dock_type 'rocket'" in entries(setup, "dock 'dock rocket'")["refused"]
+
+
+def test_a_map_without_docks_has_no_docking_server() -> None:
+    setup = with_docks(max_retries=5)
+    assert "docks.yaml" not in setup.files and b"docking_server" not in setup.files["nav2_params.yaml"]
+    assert "the map has no docks" in entries(setup, "docking_server.max_retries")["no effect"]

@@ -16,7 +16,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.base import Payload
 from ppaas.nodes.footprint.node import FootprintNode
 from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
-from robots.sim.docks.shelf import SimulatedLift, shelf_under
+from robots.sim.docks.shelf import ShelfLift, shelf_under
 
 AT = Pose2D(4.0, 4.0, 0.7)
 LOAD = ((0.5, 0.35), (-0.5, 0.35), (-0.5, -0.35), (0.5, -0.35))
@@ -32,10 +32,10 @@ class ShelfScene(DockingScene):
     """A robot with a lift, and a shelf."""
 
     def __init__(self, *, has_lift: bool = True) -> None:
-        self.lift: SimulatedLift | None = None
+        self.lift: ShelfLift | None = None
         super().__init__({}, {"shelf 1": AT}, 1, parameters=PARAMETERS, noise=QUIET, dock_type="shelf")
         self.shelf = shelf_under(self._world, AT @ Pose2D(0.05, -0.05, 0.05), LOAD)
-        self.lift = SimulatedLift(self.robot, [self.shelf]) if has_lift else None
+        self.lift = ShelfLift(self.robot, [self.shelf]) if has_lift else None
         self.results: list[tuple[int, int, str]] = []
         self.loads: list[Footprint] = []
         self.said: list[str] = []
