@@ -110,7 +110,8 @@ def costs_of(
     if sites.chargers:
         driven = ways + remaining[:, np.newaxis] * SPEED
         ways[_charge_left(robots, tasks, driven, sites) < RESERVE] = np.inf
-    return remaining[:, np.newaxis] + ways / SPEED - np.array([worth(task, now) for task in tasks])
+    costs: Array = remaining[:, np.newaxis] + ways / SPEED - np.array([worth(task, now) for task in tasks])
+    return costs
 
 
 def _ways(robots: Sequence[TaskRobot], tasks: Sequence[Task], distance: Distance) -> Array:

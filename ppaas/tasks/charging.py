@@ -104,7 +104,7 @@ def trips(
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
     parking = _matched(sorted(away), robots, spots)
     first = [
-        (name, replace(_trip("charge", place, name, now, number), dock=sites.dock_at(place)))
+        (name, with_learnt(replace(_trip("charge", place, name, now, number), dock=sites.dock_at(place)), robots[name]))
         for number, (name, place) in enumerate(charging)
     ]
     return first + [(name, _trip("park", place, name, now, number)) for number, (name, place) in enumerate(parking)]
@@ -168,6 +168,13 @@ def is_charged(task: Task, robot: RobotNow | None) -> bool:
     if hold is None or hold.charge is None or robot is None or robot.battery is None:
         return False
     return robot.battery.charge >= hold.charge
+
+
+def with_learnt(task: Task, robot: RobotNow | None) -> Task:
+    """Return a trip to a charger with what is known of its robot's battery, so that it is stored; other tasks as is."""
+    if task.trip != "charge" or robot is None or robot.battery is None:
+        return task
+    return replace(task, learnt=robot.battery.learnt)
 
 
 def _is_idle(robot: RobotNow, task: Task | None) -> bool:

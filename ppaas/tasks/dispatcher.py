@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
 from ppaas.tasks.chargers import ChargerWatch
-from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
+from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips, with_learnt
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
@@ -30,6 +30,9 @@ REST = 15.0
 
 GONE_AFTER = 30.0
 """Time from the loss of a robot's connection until it gives its task back [s]."""
+
+CARRIES = "; it carries what it has picked: no other robot can go on"
+"""End of the reason of a task that no other robot can go on with."""
 
 
 class Dispatcher:
@@ -344,7 +347,7 @@ class Dispatcher:
             return []
         reason = f"robot {robot!r} is not connected any more"
         if task.is_loaded:
-            return self._end(task, "failed", _carries(reason), now)
+            return self._end(task, "failed", reason + CARRIES, now)
         return [*self._queue(task, reason), Cancel(robot, task.goal_id)]
 
     def _failed(self, task: Task, reason: str, now: float) -> list[Order]:
@@ -355,7 +358,7 @@ class Dispatcher:
             self._chargers.fail(task.robot, task.target, now)
             return self._end(task, "failed", reason, now)
         if task.is_loaded:
-            return self._end(task, "failed", _carries(reason), now)
+            return self._end(task, "failed", reason + CARRIES, now)
         if failures >= MOST_FAILURES:
             return self._end(task, "failed", f"{reason}; robots failed it {failures} times", now)
         return self._queue(task, reason)
@@ -371,6 +374,7 @@ class Dispatcher:
         if task.robot:
             del self._task_of[task.robot]
         self._ended[task.id] = state
+        task = with_learnt(task, self._robots.get(task.robot))
         ended = replace(task, state=state, reason=reason, ended=now, holding=None)
         again = following(task, now) if state in {"done", "failed"} else None
         if again is None or again.id in self._tasks or again.id in self._ended:
@@ -385,10 +389,6 @@ class Dispatcher:
 
     def _send(self, task: Task) -> Order:
         return Send(task.robot, task.goal_id, task.target, task.dock)
-
-
-def _carries(reason: str) -> str:
-    return f"{reason}; it carries what it has picked: no other robot can go on"
 
 
 def _unless(robot: str, busy: set[str]) -> str:

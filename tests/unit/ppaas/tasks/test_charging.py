@@ -231,3 +231,13 @@ def test_two_robots_at_one_charger_work_all_day_and_none_is_stranded() -> None:
     done = [one for one in rehearsal.tasks.values() if one.state == "done"]
     assert len([one for one in done if one.kind == "pick_drop"]) == 200
     assert len([one for one in done if one.trip == "charge"]) >= 5
+
+
+def test_a_trip_to_a_charger_has_what_is_known_of_the_battery_from_its_begin_to_its_end() -> None:
+    dispatcher = led(r=robot(0.2))
+    [trip] = [order.task for order in dispatcher.decide(0.0) if isinstance(order, StoreTask)]
+    assert trip.learnt == (1e-3, 1e-5, 1e-3)
+    arrive(dispatcher, "r", 1.0)
+    dispatcher.see({"r": RobotNow(DOCK, battery=Battery(FULL, 2e-3, 1e-5, 3e-3))}, 2.0)
+    [done] = [order.task for order in dispatcher.release(2.0) if isinstance(order, StoreTask)]
+    assert done.learnt == (2e-3, 1e-5, 3e-3)
