@@ -10,8 +10,8 @@ from typing import Any
 
 import msgspec
 
-from engine.control.views import GoalState
 from engine.master.places import PlaceRequest, robot_of
+from engine.specs.goal_states import GoalState
 from ppaas.clock import Clock, epoch
 from ppaas.listener_faults import ListenerFaults
 from ppaas.tasks.records import Task, TaskState

@@ -83,31 +83,35 @@ def trips(
     shuns : callable
         Returns whether a robot does not go to a charger at a time, since that failed it.
     """
-    charge = {name: _charge(robot) for name, robot in robots.items()}
     needy = {name for name, robot in robots.items() if must_charge(robot, task_of.get(name), sites)}
     idle = [name for name, robot in robots.items() if name not in needy and _is_idle(robot, task_of.get(name))]
-    wish = sorted(needy, key=lambda name: (charge[name], name))
-    soon = [task for task in waiting if now - task.may_start < PATIENCE]
-    limit = ALMOST_FULL if waiting else OPPORTUNE
-    spare = [
-        name
-        for name in idle
-        if charge[name] < limit and not any(_can_do(task, name, robots[name], sites) for task in soon)
-    ]
-    wish += sorted(spare, key=lambda name: (charge[name], name))
+    wish = [*_by_charge(needy, robots), *_by_charge(_with_time(idle, robots, sites, waiting, now), robots)]
     taken = [task.places[0] for task in task_of.values() if task.trip == "charge"]
     free = [place for place in sites.chargers.values() if place not in taken]
-    charging = _matched(wish, robots, free, lambda name, place: shuns(name, place, now))
-    gone = {name for name, _ in charging}
-    stay = [name for name in idle if name not in gone and name not in task_of]
+    at = {place: {name for name in idle if _is_at(robots[name], [place])} for place in free}
+    charging = dict(_matched(wish, robots, at, lambda name, place: shuns(name, place, now)))
+    stay = [name for name in idle if name not in charging and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
-    parking = _matched(sorted(away), robots, spots)
-    first = [
-        (name, with_learnt(replace(_trip("charge", place, name, now, number), dock=sites.dock_at(place)), robots[name]))
-        for number, (name, place) in enumerate(charging)
-    ]
-    return first + [(name, _trip("park", place, name, now, number)) for number, (name, place) in enumerate(parking)]
+    parking = _matched(sorted(away), robots, {place: set() for place in spots})
+    first = [_trip("charge", place, name, now, number) for number, (name, place) in enumerate(charging.items())]
+    first = [replace(with_learnt(trip, robots[trip.robot]), dock=sites.dock_at(trip.target)) for trip in first]
+    parks = [_trip("park", place, name, now, number) for number, (name, place) in enumerate(parking)]
+    return [(trip.robot, trip) for trip in (*first, *parks)]
+
+
+def _by_charge(names: Iterable[str], robots: Mapping[str, RobotNow]) -> list[str]:
+    return sorted(names, key=lambda name: (_charge(robots[name]), name))
+
+
+def _with_time(
+    idle: list[str], robots: Mapping[str, RobotNow], sites: Sites, waiting: Sequence[Task], now: float
+) -> list[str]:
+    """Return the robots without a task that charge meanwhile: those that are given none of the tasks that wait soon."""
+    soon = [task for task in waiting if now - task.may_start < PATIENCE]
+    limit = ALMOST_FULL if waiting else OPPORTUNE
+    low = [name for name in idle if _charge(robots[name]) < limit]
+    return [name for name in low if not any(_can_do(task, name, robots[name], sites) for task in soon)]
 
 
 def leavers(
@@ -195,16 +199,16 @@ def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str
 
 
 def _matched(
-    names: list[str], robots: Mapping[str, RobotNow], places: list[Place],
+    names: list[str], robots: Mapping[str, RobotNow], places: Mapping[Place, set[str]],
     shuns: Callable[[str, Place], bool] = lambda _robot, _place: False,
 ) -> list[tuple[str, Place]]:  # fmt: skip
-    """Return the nearest place of each robot that is left by those before it."""
+    """Return the nearest place of each robot that is left by those before it; last, those at which others stand."""
     found, left = [], list(places)
     for name in names:
         place = robots[name].place
         able = [spot for spot in left if not shuns(name, spot)]
         if able and place is not None:
-            nearest = min(able, key=lambda spot: straight(place, spot))
+            nearest = min(able, key=lambda spot: (bool(places[spot] - {name}), straight(place, spot)))
             left.remove(nearest)
             found.append((name, nearest))
     return found

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from engine.control.views import STATES
 from engine.links.place_link import PlaceLink
+from engine.specs.goal_states import STATES
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode

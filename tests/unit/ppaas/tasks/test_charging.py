@@ -131,6 +131,16 @@ def test_the_lowest_robots_charge_first_and_the_others_wait() -> None:
     assert dispatcher.decide(1.0) == []
 
 
+def test_a_charger_at_which_a_full_robot_stands_comes_last() -> None:
+    sites = Sites({"near": A, "far": B, "farther": C})
+    dispatcher = led(sites=sites, full=robot(FULL, A), low=robot(0.2, A), lower=robot(0.19, (1.0, 1.0, 0.0)))
+    assert sent(dispatcher.decide(0.0)) == {"lower": B, "low": C}
+    alone = led(sites=Sites({"only": A}), full=robot(FULL, A), low=robot(0.2, B))
+    assert sent(alone.decide(0.0)) == {"low": A}
+    there = led(sites=sites, low=robot(0.2, A))
+    assert sent(there.decide(0.0)) == {"low": A}
+
+
 def test_robots_without_anything_to_do_charge_at_free_chargers() -> None:
     assert sent(led(r=robot(OPPORTUNE - 0.01)).decide(0.0)) == {"r": DOCK}
     assert led(r=robot(OPPORTUNE + 0.01)).decide(0.0) == []
