@@ -16,9 +16,10 @@ from endpoints.metrics.snapshot import Snapshot, SnapshotSource
 from endpoints.webhooks.service import WebhookNumbers
 from engine.control.counts import REQUEST_SECONDS, ControlCounts
 from engine.control.master_calls.interface import RequestCounts
-from engine.control.views import EndpointViewState, GoalState, MachineState, MachineView
+from engine.control.views import EndpointViewState, MachineState, MachineView
 from engine.leadership.leadership import Leadership
 from engine.processes.occasional_log import OccasionalLog
+from engine.specs.goal_states import GoalState
 from engine.specs.work_counts import PLAN_SECONDS
 from ppaas import __version__
 from ppaas.errors import PPaaSError

@@ -4,7 +4,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from engine.control.views import STATES, GoalState
+from engine.specs.goal_states import STATES, GoalState
 from engine.specs.work_counts import CLASSES, ENDED, FAILED, PLAN_MICROS, REUSED, STITCHED
 
 PLACEMENT_SECONDS = 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0

@@ -11,8 +11,8 @@ from typing import Any
 import msgspec
 
 from engine.control.buildings.building_runner import BuildingAlert
-from engine.control.views import GoalState
 from engine.master.places import PlaceRequest, robot_of
+from engine.specs.goal_states import GoalState
 from ppaas.buildings.building import Building
 from ppaas.buildings.doors.states import DoorAlert
 from ppaas.buildings.faults import FaultChange

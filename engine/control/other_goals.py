@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from engine.control.open_places import OpenPlaces
-from engine.control.views import STATES
 from engine.links.place_link import PlaceLink
+from engine.specs.goal_states import STATES
 from engine.specs.work_counts import FOLLOWED
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode

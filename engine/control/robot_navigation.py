@@ -13,10 +13,11 @@ from collections.abc import Callable
 import msgspec
 
 from engine.control.master_driver import MasterDriver
-from engine.control.views import STATES, GoalState, GoalView, NavigationState, ReportedRobot
+from engine.control.views import GoalView, NavigationState, ReportedRobot
 from engine.links.place_link import PlaceLink
 from engine.links.presence import Presence
 from engine.master.places import robot_key
+from engine.specs.goal_states import STATES, GoalState
 from engine.specs.robot_report import StateReport
 from engine.specs.work_counts import REST_GOALS
 from ppaas.clock import Clock, epoch, monotonic

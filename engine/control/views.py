@@ -7,10 +7,10 @@ import msgspec
 from engine.protocols.versions import UNSTATED
 from engine.specs.containers import ContainerKind, MapVersion
 from engine.specs.cores import OVERSUBSCRIPTION
+from engine.specs.goal_states import GoalState
 from engine.specs.machine_settings import MAX_CONTAINERS
 from engine.specs.robot_report import StateReport
 from engine.specs.start_state import KernelProgress
-from ppaas.messages.actionlib_msgs import Status
 
 ContainerState = Literal["starting", "ready"]
 MachineState = Literal["starting", "ready", "draining", "drained"]
@@ -230,23 +230,6 @@ class LifelongRobot(msgspec.Struct, frozen=True):
     user: str
     robot: str
     map: str
-
-
-GoalState = Literal["pending", "active", "succeeded", "canceled", "aborted", "rejected", "lost"]
-
-STATES: dict[Status, GoalState] = {
-    Status.PENDING: "pending",
-    Status.ACTIVE: "active",
-    Status.PREEMPTING: "active",
-    Status.RECALLING: "active",
-    Status.SUCCEEDED: "succeeded",
-    Status.PREEMPTED: "canceled",
-    Status.RECALLED: "canceled",
-    Status.ABORTED: "aborted",
-    Status.REJECTED: "rejected",
-    Status.LOST: "lost",
-}
-"""State of a goal by its status."""
 
 
 class GoalView(msgspec.Struct, frozen=True):

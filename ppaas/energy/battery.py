@@ -29,6 +29,10 @@ GAIN_LIMITS = 1e-5, 1e-2
 """Limits of what is learnt."""
 
 
+Learnt = tuple[float, float, float]
+"""What is stored of a battery: charge per metre, per second, and per second at a charger."""
+
+
 @dataclass(frozen=True, slots=True)
 class Battery:
     """Charge of a battery, and what changes it.
@@ -47,6 +51,11 @@ class Battery:
     per_metre: float = PER_METRE
     per_second: float = PER_SECOND
     gain: float = GAIN
+
+    @property
+    def learnt(self) -> Learnt:
+        """What is to be stored of it."""
+        return self.per_metre, self.per_second, self.gain
 
     def cost(self, metres: float, seconds: float) -> float:
         """Return the charge that driving so far, within so much time, takes."""
@@ -80,16 +89,28 @@ FORGETTING = 0.997
 UNSURE = 1.0
 """Variance of a scaled cost that is not known yet, and its limit, so that long rest makes none unsure."""
 
+KNOWN = 1e-3
+"""Variance of a scaled cost that was learnt before a restart: a third of a usual one."""
+
 _METRES, _SECONDS = 1e3, 1e4  # scales: a scaled cost is about 0.1
+
+_LIMITS = np.array([METRE_LIMITS, SECOND_LIMITS]).T * (_METRES, _SECONDS)
 
 
 class BatteryEstimator:
-    """Learns what metres and seconds cost a robot's battery."""
+    """Learns what metres and seconds cost a robot's battery.
 
-    def __init__(self) -> None:
-        self._costs = np.array([PER_METRE * _METRES, PER_SECOND * _SECONDS])
-        self._variances = np.eye(2) * UNSURE
-        self._gain = GAIN
+    Parameters
+    ----------
+    learnt : tuple of float, optional
+        What was learnt before a restart.
+    """
+
+    def __init__(self, learnt: Learnt | None = None) -> None:
+        metre, second, gain = learnt or (PER_METRE, PER_SECOND, GAIN)
+        self._costs = np.clip([metre * _METRES, second * _SECONDS], *_LIMITS)
+        self._variances = np.eye(2) * (UNSURE if learnt is None else KNOWN)
+        self._gain = min(max(gain, GAIN_LIMITS[0]), GAIN_LIMITS[1])
         self._recent: deque[float] = deque(maxlen=SAMPLES)
         self._since: tuple[float, float, float] | None = None
         self._charging = False
@@ -144,8 +165,7 @@ class BatteryEstimator:
         gain = spread / (FORGETTING * NOISE**2 + float(drive @ spread))
         most = 2.0 * math.sqrt(NOISE**2 + float(drive @ spread))
         self._costs += gain * min(max(error, -most), most)
-        limits = np.array([METRE_LIMITS, SECOND_LIMITS]).T * (_METRES, _SECONDS)
-        self._costs = np.clip(self._costs, *limits)
+        self._costs = np.clip(self._costs, *_LIMITS)
         spread_out = (self._variances - np.outer(gain, spread)) / FORGETTING
         self._variances = spread_out * min(1.0, UNSURE / float(np.trace(spread_out)))
 

@@ -5,6 +5,7 @@ Trips to chargers and spots are tasks with a ``trip``: they are stored, and go o
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -84,37 +85,44 @@ def trips(
     shuns : callable
         Returns whether a robot does not go to a charger or a spot at a time, since that failed it.
     """
-    charge = {name: _charge(robot) for name, robot in robots.items()}
     needy = {name for name, robot in robots.items() if must_charge(robot, task_of.get(name), sites)}
     idle = [name for name, robot in robots.items() if name not in needy and _is_idle(robot, task_of.get(name))]
-    wish = sorted(needy, key=lambda name: (charge[name], name))
-    soon = [task for task in waiting if now - task.may_start < PATIENCE]
-    limit = ALMOST_FULL if waiting else OPPORTUNE
-    spare = [
-        name
-        for name in idle
-        if charge[name] < limit and not any(_can_do(task, name, robots[name], sites) for task in soon)
-    ]
-    wish += sorted(spare, key=lambda name: (charge[name], name))
+    wish = [*_by_charge(needy, robots), *_by_charge(_with_time(idle, robots, sites, waiting, now), robots)]
     taken = [task.target for task in task_of.values() if task.trip == "charge"]
     free = [place for place in sites.chargers.values() if place not in taken]
+    at = {place: {name for name in idle if _is_at(robots[name], [place])} for place in free}
 
-    def shunned(name: str, place: Place) -> bool:
-        return shuns(name, place, now)
+    def leads(name: str, place: Place) -> bool:
+        here = robots[name].place
+        is_linked = here is not None and sites.leads(floor_of(here), floor_of(place))
+        return is_linked and not shuns(name, place, now)
 
-    charging = _matched(wish, robots, free, sites, shunned)
-    gone = {name for name, _ in charging}
-    stay = [name for name in idle if name not in gone and name not in task_of]
+    charging = dict(_matched(wish, robots, at, leads))
+    stay = [name for name in idle if name not in charging and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
-    parking = _matched(sorted(away), robots, spots, sites, shunned)
-    given: list[tuple[Trip, list[tuple[str, Place]]]] = [("charge", charging), ("park", parking)]
-    return [
-        (name, replace(_trip(trip, (robots[name].place or place, place), name, now, number), dock=dock))
-        for trip, found in given
-        for number, (name, place) in enumerate(found)
-        for dock in ("" if trip == "park" else sites.dock_at(place),)
+    parking = _matched(sorted(away), robots, {place: set() for place in spots}, leads)
+    to_chargers = (_Way(name, robots[name].place, place) for name, place in charging.items())
+    first = [
+        replace(with_learnt(_trip("charge", way, now, number), robots[way.robot]), dock=sites.dock_at(way.goal))
+        for number, way in enumerate(to_chargers)
     ]
+    parks = [_trip("park", _Way(name, robots[name].place, place), now, n) for n, (name, place) in enumerate(parking)]
+    return [(trip.robot, trip) for trip in (*first, *parks)]
+
+
+def _by_charge(names: Iterable[str], robots: Mapping[str, RobotNow]) -> list[str]:
+    return sorted(names, key=lambda name: (_charge(robots[name]), name))
+
+
+def _with_time(
+    idle: list[str], robots: Mapping[str, RobotNow], sites: Sites, waiting: Sequence[Task], now: float
+) -> list[str]:
+    """Return the robots without a task that charge meanwhile: those that are given none of the tasks that wait soon."""
+    soon = [task for task in waiting if now - task.may_start < PATIENCE]
+    limit = ALMOST_FULL if waiting else OPPORTUNE
+    low = [name for name in idle if _charge(robots[name]) < limit]
+    return [name for name in low if not any(_can_do(task, name, robots[name], sites) for task in soon)]
 
 
 def leavers(
@@ -177,6 +185,13 @@ def is_charged(task: Task, robot: RobotNow | None) -> bool:
     return robot.battery.charge >= hold.charge
 
 
+def with_learnt(task: Task, robot: RobotNow | None) -> Task:
+    """Return a trip to a charger with what is known of its robot's battery, so that it is stored; other tasks as is."""
+    if task.trip != "charge" or robot is None or robot.battery is None:
+        return task
+    return replace(task, learnt=robot.battery.learnt)
+
+
 def _is_idle(robot: RobotNow, task: Task | None) -> bool:
     return robot.place is not None and not robot.is_led and (task is None or task.trip == "park")
 
@@ -195,38 +210,47 @@ def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str
 
 
 def _matched(
-    names: list[str], robots: Mapping[str, RobotNow], places: list[Place], sites: Sites,
-    shuns: Callable[[str, Place], bool],
+    names: list[str], robots: Mapping[str, RobotNow], places: Mapping[Place, set[str]],
+    leads: Callable[[str, Place], bool],
 ) -> list[tuple[str, Place]]:  # fmt: skip
-    """Return the nearest place of each robot, to which it gets, that is left by those before it."""
+    """Return the nearest place of each robot, if it leads there, that is left by those before it.
+
+    Places at which others stand come last.
+    """
     found, left = [], list(places)
     for name in names:
         place = robots[name].place
-        if place is None:
-            continue
-        near = [spot for spot in left if sites.leads(floor_of(place), floor_of(spot)) and not shuns(name, spot)]
-        if near:
-            nearest = min(near, key=lambda spot: straight(place, spot))
+        able = [spot for spot in left if leads(name, spot)]
+        if able and place is not None:
+            nearest = min(able, key=lambda spot: (bool(places[spot] - {name}), straight(place, spot)))
             left.remove(nearest)
             found.append((name, nearest))
     return found
 
 
-def _trip(trip: Trip, way: tuple[Place, Place], robot: str, now: float, number: int) -> Task:
+class _Way(NamedTuple):
+    """Way of a robot to a place."""
+
+    robot: str
+    start: Place | None
+    goal: Place
+
+
+def _trip(trip: Trip, way: _Way, now: float, number: int) -> Task:
     """Return a trip from where the robot is to a place, also on another floor."""
-    charge, here, floor = trip == "charge", floor_of(way[0]), floor_of(way[1])
+    charge, floor = trip == "charge", floor_of(way.goal)
     return Task(
         id=f"{int(now * 1000.0):012x}-{trip}{number}",
         kind="go_to",
         trip=trip,
-        places=(bare(way[1]),),
-        floors=() if floor == here else (floor,),
+        places=(bare(way.goal),),
+        floors=() if way.start is None or floor == floor_of(way.start) else (floor,),
         home=floor,
         priority=MOST_PRIORITY if charge else -MOST_PRIORITY,
         holds=(PlaceHold(charge=FULL),) if charge else (),
-        named_robot=robot,
+        named_robot=way.robot,
         created=now,
         state="assigned",
-        robot=robot,
+        robot=way.robot,
         assigned=now,
     )

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance, TaskRobot, assign, may_do
 from ppaas.tasks.chargers import ChargerWatch
-from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips
+from ppaas.tasks.charging import is_charged, leavers, must_charge, other_reason, reach_reason, trips, with_learnt
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask, carries
 from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
@@ -383,6 +383,7 @@ class Dispatcher:
         if task.robot:
             del self._task_of[task.robot]
         self._ended[task.id] = state
+        task = with_learnt(task, self._robots.get(task.robot))
         ended = replace(task, state=state, reason=reason, ended=now, holding=None)
         again = following(task, now) if state in {"done", "failed"} else None
         if again is None or again.id in self._tasks or again.id in self._ended:

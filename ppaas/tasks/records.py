@@ -91,6 +91,8 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         What its robot goes for; None for a task of a user.
     dock : str
         Dock at which its robot docks; empty if it only drives to its places.
+    learnt : tuple of float, optional
+        What a trip to a charger keeps of its robot's battery: ``ppaas.energy.battery.Learnt``.
     state : TaskState
     robot : str
         Robot that does it, or that ended it; empty while it is queued.
@@ -133,6 +135,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     series: str = ""
     trip: Trip | None = None
     dock: str = ""
+    learnt: tuple[float, float, float] | None = None
     state: TaskState = "queued"
     robot: str = ""
     leg: int = 0

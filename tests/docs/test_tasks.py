@@ -14,7 +14,7 @@ from ppaas.energy import battery
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
-from ppaas.tasks import assignment, charging, dispatcher, options, reach, records
+from ppaas.tasks import assignment, chargers, charging, dispatcher, options, reach, records
 from robots.client.cloud_url import path_of
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
@@ -59,6 +59,8 @@ def test_numbers_are_those_of_the_code() -> None:
         f"below {100 * charging.ALMOST_FULL:g} % while",
         f"leaves at {100 * charging.FULL:g} %, and from {100 * charging.ALMOST_FULL:g} % if others",
         f"from {100 * charging.ENOUGH:g} % for a task that has waited for {charging.PATIENCE:g} s",
+        f"rise by {100 * chargers.RISE:g} % in {chargers.STALLED / 60:g} min",
+        f"for {chargers.SHUNNED_FOR / 60:g} min not to this one",
         f"kept for {group.OWN_KEPT_FOR / 60.0:g} minutes after their end",
         f"and of {task_estimates.MOST_REHEARSED} others",
     ):

@@ -15,7 +15,8 @@ from endpoints.rest.strict_json import StrictRoute
 from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
 from endpoints.sharing.shared_robots import ReachedRobot
 from engine.control.journeys.calls import ON_FLOORS, JourneyCalls
-from engine.control.views import GoalState, GoalView
+from engine.control.views import GoalView
+from engine.specs.goal_states import GoalState
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 

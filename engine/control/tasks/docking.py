@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from engine.control.views import STATES
 from engine.links.place_link import PlaceLink
+from engine.specs.goal_states import STATES
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode
@@ -120,10 +120,11 @@ class DockingClient:
             self._send(UNDOCK_ROBOT.goal.name, goal_id, encode(goal), then)
 
     def cancel(self, goal_id: str) -> None:
-        """Cancel a goal that was sent here."""
-        if goal_id in self._sent and self._client is not None:
-            cancel = encode(GoalID(id=goal_id))
-            self._place.deliver(_CANCELS[self._sent[goal_id].action], cancel, self._client, must_arrive=True)
+        """Cancel a goal that was sent here, or by another master before."""
+        actions = {_STATUSES[topic] for topic, followed in self._followed.items() if goal_id in followed}
+        actions |= {self._sent[goal_id].action} if goal_id in self._sent else set()
+        for action in sorted(actions):
+            self._place.deliver(_CANCELS[action], encode(GoalID(id=goal_id)), self._join(), must_arrive=True)
 
     def _join(self) -> int:
         if self._client is None:

@@ -42,6 +42,8 @@ MOST_ENDED = 1000
 def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> list[str]:
     """Return the ids of the tasks that are not kept any longer; those for whose end others wait are.
 
+    The last trip of a robot to a charger is kept as a task of a user: it has what was learnt of its battery.
+
     Parameters
     ----------
     tasks : sequence of Task
@@ -52,7 +54,8 @@ def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> l
         Time for which a task is kept after its end [s].
     """
     ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
-    own = {task.id: OWN_KEPT_FOR for task in tasks if task.trip}
+    last = {task.robot: task.id for task in sorted(tasks, key=lambda task: task.created) if task.learnt is not None}
+    own = {task.id: OWN_KEPT_FOR for task in tasks if task.trip and last.get(task.robot) != task.id}
     kept = {name for at, name in ended[:MOST_ENDED] if now - at <= min(kept_for, own.get(name, kept_for))}
     kept |= {before.task for task in tasks if task.is_open for before in task.after}
     return [name for _, name in ended if name not in kept]
@@ -195,6 +198,7 @@ class TaskGroup:
         stored = await asyncio.to_thread(self._stored, now)
         self._read_at = now
         self._report_ended(stored)
+        self._recall_batteries([record.task for record in stored])
         self._records = {record.task.id: record for record in stored if record.task.is_open}
         dispatcher = self._dispatcher = known or Dispatcher([], now)
         dispatcher.keep_ends({record.task.id: record.task.state for record in stored if not record.task.is_open})
@@ -207,6 +211,11 @@ class TaskGroup:
         if any(record.task != dispatcher.tasks[name] for name, record in self._records.items()):
             raise Conflict("another process changed one of them")
         return dispatcher, orders
+
+    def _recall_batteries(self, tasks: list[Task]) -> None:
+        for task in sorted(tasks, key=lambda task: -task.created):
+            if task.learnt is not None and task.robot:
+                self._robots.recall(self.area.user, task.robot, task.learnt)
 
     def _note_confirmation(self, dispatcher: Dispatcher, task: Task) -> None:
         known = dispatcher.tasks[task.id]

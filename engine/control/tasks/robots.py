@@ -11,7 +11,7 @@ from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, monotonic
-from ppaas.energy.battery import Battery, BatteryEstimator
+from ppaas.energy.battery import Battery, BatteryEstimator, Learnt
 from ppaas.geometry import Pose2D
 from ppaas.tasks.orders import Outcome, RobotNow, Send
 from ppaas.tasks.reach import straight
@@ -73,8 +73,8 @@ MOST_STEP = 5.0
 class _BatteryWatch:
     """Learns the battery of a robot from its reports and poses; it is kept while the robot is away."""
 
-    def __init__(self) -> None:
-        self._model = BatteryEstimator()
+    def __init__(self, learnt: Learnt | None = None) -> None:
+        self._model = BatteryEstimator(learnt)
         self._metres = 0.0
         self._place: Place | None = None
 
@@ -218,6 +218,10 @@ class TaskRobots:
         """Return the goals that were sent to a robot; none if it is not followed."""
         key = robot_key(user, robot)
         return [*self._docks[key].goals(), *self._clients[key].goals()] if key in self._clients else []
+
+    def recall(self, user: str, robot: str, learnt: Learnt) -> None:
+        """Go on from what was learnt of the battery of a robot, unless its reports have come already."""
+        self._batteries.setdefault(robot_key(user, robot), _BatteryWatch(learnt))
 
     def now(self, user: str, robot: str, labels: Mapping[str, str], *, charging: bool = False) -> RobotNow:
         """Return what is known of a robot that is followed; its place only while it is renewed and its goals known."""

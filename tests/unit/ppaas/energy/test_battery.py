@@ -87,3 +87,27 @@ def test_charge_after_a_drive_may_be_negative() -> None:
     battery = Battery(0.5, per_metre=1e-3, per_second=1e-4)
     assert battery.after(100.0, 200.0) == pytest.approx(0.38)
     assert battery.after(600.0, 0.0) < 0.0
+
+
+def test_what_was_learnt_is_known_after_a_restart_and_noise_does_not_lose_it() -> None:
+    robot = Robot(4e-4, 2e-5)
+    robot.live(24.0)
+    assert robot.model.battery is not None
+    robot.model = BatteryEstimator(robot.model.battery.learnt)
+    for _ in range(12):
+        robot.live(0.5)
+        assert robot.error() < 0.15
+
+
+def test_another_battery_is_learnt_in_place_of_the_one_that_is_known() -> None:
+    robot = Robot(4e-4, 2e-5)
+    robot.model = BatteryEstimator((2e-4, 4e-5, 1e-4))
+    robot.live(24.0)
+    assert robot.error() < 0.1
+
+
+def test_what_was_stored_is_limited() -> None:
+    estimator = BatteryEstimator((1e9, -1.0, 1e9))
+    estimator.see(0.5, 0.0, 0.0, charging=False)
+    assert estimator.battery is not None
+    assert estimator.battery.learnt == pytest.approx((METRE_LIMITS[1], SECOND_LIMITS[0], GAIN_LIMITS[1]))

@@ -131,6 +131,16 @@ def test_the_lowest_robots_charge_first_and_the_others_wait() -> None:
     assert dispatcher.decide(1.0) == []
 
 
+def test_a_charger_at_which_a_full_robot_stands_comes_last() -> None:
+    sites = Sites({"near": A, "far": B, "farther": C})
+    dispatcher = led(sites=sites, full=robot(FULL, A), low=robot(0.2, A), lower=robot(0.19, (1.0, 1.0, 0.0)))
+    assert sent(dispatcher.decide(0.0)) == {"lower": B, "low": C}
+    alone = led(sites=Sites({"only": A}), full=robot(FULL, A), low=robot(0.2, B))
+    assert sent(alone.decide(0.0)) == {"low": A}
+    there = led(sites=sites, low=robot(0.2, A))
+    assert sent(there.decide(0.0)) == {"low": A}
+
+
 def test_robots_without_anything_to_do_charge_at_free_chargers() -> None:
     assert sent(led(r=robot(OPPORTUNE - 0.01)).decide(0.0)) == {"r": DOCK}
     assert led(r=robot(OPPORTUNE + 0.01)).decide(0.0) == []
@@ -231,3 +241,13 @@ def test_two_robots_at_one_charger_work_all_day_and_none_is_stranded() -> None:
     done = [one for one in rehearsal.tasks.values() if one.state == "done"]
     assert len([one for one in done if one.kind == "pick_drop"]) == 200
     assert len([one for one in done if one.trip == "charge"]) >= 5
+
+
+def test_a_trip_to_a_charger_has_what_is_known_of_the_battery_from_its_begin_to_its_end() -> None:
+    dispatcher = led(r=robot(0.2))
+    [trip] = [order.task for order in dispatcher.decide(0.0) if isinstance(order, StoreTask)]
+    assert trip.learnt == (1e-3, 1e-5, 1e-3)
+    arrive(dispatcher, "r", 1.0)
+    dispatcher.see({"r": RobotNow(DOCK, battery=Battery(FULL, 2e-3, 1e-5, 3e-3))}, 2.0)
+    [done] = [order.task for order in dispatcher.release(2.0) if isinstance(order, StoreTask)]
+    assert done.learnt == (2e-3, 1e-5, 3e-3)

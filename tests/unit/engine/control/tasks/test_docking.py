@@ -100,6 +100,14 @@ def test_a_cancel_and_a_refusal_are_those_of_the_action(scene: Scene) -> None:
     assert goal.state == "rejected"
 
 
+def test_a_goal_that_another_master_sent_is_cancelled_too(scene: Scene) -> None:
+    status = {"goal_id": {"id": "old"}, "status": int(Status.ACTIVE)}
+    scene.place.publish_json(DOCK_ROBOT.status.name, {"status_list": [status]})
+    assert scene.client.followed == {"old"}
+    scene.client.cancel("old")
+    assert scene.said() == [(DOCK_ROBOT.cancel.name, {"stamp": {"secs": 0, "nsecs": 0}, "id": "old"})]
+
+
 def test_a_place_that_closes_loses_goals(scene: Scene) -> None:
     scene.client.dock("g", "a")
     assert scene.place.clients == 1

@@ -12,7 +12,7 @@ from msgspec import Raw
 
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
-from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, TaskGroup, obsolete
+from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, OWN_KEPT_FOR, TaskGroup, obsolete
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import LOOK, TaskNews, TaskRunner
 from engine.control.tasks.task_maps import TaskMap, task_map_on
@@ -684,3 +684,24 @@ async def test_a_robot_that_cannot_dock_goes_to_the_next_charger_and_that_is_an_
     [(_, second)] = delivered(place)
     assert (first["goal"]["dock_id"], second["goal"]["dock_id"]) == ("a", "b")
     assert ("failed", f"robot 'r': goal aborted: {text}") in told
+
+
+async def test_what_was_learnt_of_a_battery_survives_a_restart(hall: Hall) -> None:
+    hall.connect("r")
+    learnt = (3e-4, 4e-5, 5e-4)
+    trip = {"trip": "charge", "state": "done", "robot": "r", "named_robot": "r", "ended": hall.clock()}
+    hall.add("old", 3.0, **trip | {"created": 0.0}, learnt=(1e-4, 1e-5, 1e-4))
+    hall.add("new", 3.0, **trip, learnt=learnt)
+    hall.add("park", 3.0, **trip | {"trip": "park", "created": 5000.0})
+    hall.start()
+    place = hall.places[robot_key("ann", "r")]
+    await hall.after()
+    tell(place, 0.0)
+    report_battery(place, 0.8)
+    await hall.after()
+    battery = hall.robots.now("ann", "r", {}).battery
+    assert battery is not None and battery.learnt == pytest.approx(learnt)
+    await hall.after(2.0 * OWN_KEPT_FOR)
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    assert [one.task.id for one in hall.store.tasks("ann", "house")] == ["new"]
