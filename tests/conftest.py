@@ -27,6 +27,9 @@ pytest_plugins = ["tests.servers.fixtures"]
 settings.register_profile("ppaas", deadline=None, max_examples=EXAMPLES)
 settings.load_profile("ppaas")
 
+GARBAGE = 20_000, 20, 20
+"""Thresholds of the searches for garbage in tests (`gc.set_threshold`): a process of many has millions of objects."""
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -38,6 +41,7 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.freeze()  # later searches do not visit them either
+        gc.set_threshold(*GARBAGE)
         gc.enable()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 from cassandra.auth import PlainTextAuthProvider
-from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile
+from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, Session
 from cassandra.policies import RoundRobinPolicy
 
 from benchmarks.harness.free_ports import free_ports
@@ -110,6 +110,7 @@ class CassandraServer(JavaServer):
         jars = f"{jars_of(HERE / 'pom.xml')}/*"
         command = [java(), *size.jvm, *JVM, *properties, "-cp", jars, "org.apache.cassandra.service.CassandraDaemon"]
         super().__init__(command, folder, "cassandra", self._answers)
+        self._session: Session | None = None
 
     def url(self, keyspace: str, query: str = "") -> str:
         """Return the URL of a store in a keyspace."""
@@ -117,19 +118,40 @@ class CassandraServer(JavaServer):
 
     def empty(self, keyspace: str, *, all_tables: bool = False) -> None:
         """Truncate the non-empty tables of a keyspace, or all: a table with deleted rows alone appears empty."""
-        with self._cluster() as cluster:
-            session = cluster.connect(keyspace)
-            tables = [name for name in cluster.metadata.keyspaces[keyspace].tables if name != "schema_version"]
-            if not all_tables:
-                queries = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
-                tables = [name for name, query in zip(tables, queries, strict=True) if query.result().one()]
-            for truncation in [session.execute_async(f"TRUNCATE {name}") for name in tables]:
-                truncation.result()
+        session = self._connected()
+        listed = session.execute("SELECT table_name FROM system_schema.tables WHERE keyspace_name = %s", [keyspace])
+        tables = [f"{keyspace}.{row.table_name}" for row in listed if row.table_name != "schema_version"]
+        if not all_tables:
+            queries = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
+            tables = [name for name, query in zip(tables, queries, strict=True) if query.result().one()]
+        for truncation in [session.execute_async(f"TRUNCATE {name}") for name in tables]:
+            truncation.result()
 
     def execute(self, keyspace: str, statement: str) -> None:
         """Execute a statement that no store executes."""
         with self._cluster() as cluster:
             cluster.connect(keyspace).execute(statement)
+
+    def stop(self) -> None:
+        """Stop the server cleanly, if it runs."""
+        self._disconnect()
+        super().stop()
+
+    def kill(self) -> None:
+        """Kill the server with SIGKILL, so that it writes nothing more."""
+        self._disconnect()
+        super().kill()
+
+    def _connected(self) -> Session:
+        """Return a session that stays open until the server ends, since to connect takes longer than to truncate."""
+        if self._session is None:
+            self._session = self._cluster().connect()
+        return self._session
+
+    def _disconnect(self) -> None:
+        if self._session is not None:
+            self._session.cluster.shutdown()
+            self._session = None
 
     def _answers(self) -> bool:
         with self._cluster() as cluster:
@@ -145,6 +167,8 @@ class CassandraServer(JavaServer):
             auth_provider=login,
             execution_profiles={EXEC_PROFILE_DEFAULT: profile},
             connect_timeout=2,
+            schema_metadata_enabled=False,
+            token_metadata_enabled=False,
         )
 
 

@@ -12,6 +12,7 @@ import pytest
 from tests.servers.jars import Missing
 
 if TYPE_CHECKING:
+    from storage.cassandra.connection.session import CassandraSession
     from storage.cassandra.store import CassandraStore
     from storage.hdfs.store import HdfsMapStore
     from tests.servers.cassandra_server import CassandraServer
@@ -50,14 +51,27 @@ def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Cass
     yield from _running(CassandraServer, "Cassandra", tmp_path_factory.mktemp("cassandra"))
 
 
+@pytest.fixture(scope="module")
+def cassandra_connections(cassandra_server: "CassandraServer") -> "Iterator[CassandraSession]":
+    """Return connections that the tests of a module share: to open them takes longer than most of the tests."""
+    from storage.cassandra.connection.address import parse_address
+    from storage.cassandra.connection.session import CassandraSession
+
+    session = CassandraSession(parse_address(cassandra_server.url("contracts")))
+    yield session
+    session.close()
+
+
 @pytest.fixture
-def cassandra_store(cassandra_server: "CassandraServer") -> "Iterator[CassandraStore]":
+def cassandra_store(
+    cassandra_server: "CassandraServer", cassandra_connections: "CassandraSession"
+) -> "Iterator[CassandraStore]":
     """Return an empty store in Cassandra."""
     from storage.cassandra.store import CassandraStore
 
     store = CassandraStore(cassandra_server.url("contracts"))
+    store._session = cassandra_connections
     yield store
-    store.close()
     cassandra_server.empty("contracts")
 
 

@@ -21,6 +21,7 @@ from types import ModuleType
 
 import msgspec
 
+from engine.processes.imports import without_collection
 from engine.processes.instances import name_semaphores, sweep_stale
 from engine.runtimes.compilation import stamp, threading_layer
 from engine.runtimes.compilation.stamp import ModuleNotes
@@ -194,6 +195,8 @@ def _begin(nice: int) -> None:
     _end_with_parent_soon()
     os.nice(nice)
     threading_layer.choose()
+    with without_collection():
+        importlib.import_module("numba")
 
 
 def _end_with_parent_soon() -> None:
