@@ -20,7 +20,11 @@ NEVER = 1e9
 
 
 class SimDriver(DeviceDriver):
-    """Driver of ``sim:``; options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share) and ``seed``, and ``breaks`` (seconds)."""
+    """Driver of ``sim:``.
+
+    Options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share), ``seed`` and ``breaks``: after how many
+    seconds it goes out of order.
+    """
 
     remote: ClassVar[bool] = False
 

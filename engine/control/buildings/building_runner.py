@@ -184,7 +184,7 @@ class BuildingRunner:
     # -- what is known -------------------------------------------------------------------------------------------------
 
     def waits(self, floor: str) -> dict[str, float]:
-        """Return about how long a robot would wait at a floor for each lift [s]; `NO_SERVICE` if it serves no robots."""
+        """Return about how long a robot waits at a floor for each lift [s]; `NO_SERVICE` if it serves no robots."""
         return {lift: min(self.lifts.estimate(lift, floor, self._now()), NO_SERVICE) for lift in self.lifts.cars}
 
     def out_of_order(self) -> dict[str, str]:

@@ -102,7 +102,7 @@ class SiteHooks:
 
 @dataclass(slots=True)
 class _Traveller:
-    """A journey that is led: its machine, its robot, orders that wait, the floor of its clone, its last known record."""
+    """A journey that is led: machine, robot, orders that wait, where its clone goes, and the record last published."""
 
     machine: JourneyMachine
     rider: Rider

@@ -41,8 +41,8 @@ def carried(building: Building, origin: Landing, destination: Landing, pose: Pos
 def places_in_car(building: Building, landings: Sequence[Landing], landing: Landing) -> list[Pose2D]:
     """Return where robots stand in the car of a lift, on the map of one of its landings; they look out of its door.
 
-    There are as many places as the car holds robots, in rows that give each the most room, side by side if that is as good. They are the same places on
-    all floors. Those farthest from the door of the first landing come first.
+    There are as many places as the car holds robots, in rows that give each the most room, side by side if that is as
+    good. They are the same places on all floors. Those farthest from the door of the first landing come first.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from engine.control.buildings.building_runner import NO_SERVICE
 from engine.control.journeys import site as site_module
 from engine.control.journeys.kept import KeptJourneys
 from engine.control.journeys.site import JourneySite, SiteHooks
@@ -14,7 +15,7 @@ from engine.devices.hosts import DeviceHosts
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import Place, layout_of
-from ppaas.buildings.lifts.states import LiftRide
+from ppaas.buildings.lifts.states import LiftRide, LiftState
 from ppaas.errors import NoValidPath, Unavailable
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
@@ -86,6 +87,7 @@ class Around:
     robot: Robot = field(default_factory=Robot)
     kept: list[tuple[list[Journey], list[LiftRide]]] = field(default_factory=list)
     changes: list[Journey] = field(default_factory=list)
+    waits: list[Mapping[str, float]] = field(default_factory=list)
     plan_error: Exception | None = None
     store_errors: int = 0
 
@@ -94,6 +96,7 @@ class Around:
         return self.robot
 
     async def plan(self, journey: Journey, pose: Place, waits: Mapping[str, float]) -> list[JourneyLeg]:
+        self.waits.append(waits)
         if self.plan_error is not None:
             raise self.plan_error
         return LEGS if journey.on == "L1" else LEGS[2:]
@@ -198,3 +201,18 @@ async def test_a_goal_without_a_way_fails_with_the_reason(
     running(site)
     await until(lambda: site.is_idle)
     assert (around.changes[-1].state, around.changes[-1].text) == ("failed", "no lift goes there")
+
+
+async def test_a_robot_is_planned_again_when_a_lift_on_its_way_breaks(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.reaches = False
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: len(around.robot.goals) == 1 and site.runner.lifts.cars["north"].state is not None)
+    assert around.waits[0]["north"] <= NO_SERVICE
+    site.runner.lifts.lift_state(LiftState(lift="north", floor="L1", mode="offline"), site._clock())
+    await until(lambda: len(around.robot.goals) == 2)
+    assert around.robot.cancelled == ["journey-1/1"]
+    assert around.changes[-1].avoid == ("north",)

@@ -204,7 +204,7 @@ def test_robots_that_share_a_car_have_separate_places() -> None:
         reach(machine)
         [sent] = goals(machine.obey(Board("tb1", "north", "L1", place), 3.0))
         poses.append(sent.pose)
-        assert JourneyMachine(machine.journey, machine._layout).resume()[-1] == sent  # noqa: SLF001
+        assert JourneyMachine(machine.journey, machine._layout).resume()[-1] == sent
     assert math.dist(poses[0][:2], poses[1][:2]) == pytest.approx(1.0)
 
 

@@ -103,3 +103,17 @@ def test_a_ride_waits_and_opens_doors_twice() -> None:
     network = BuildingNetwork(two_floors(lifts=(settings,)).layout)
     assert [link.seconds for link in network.links] == [pytest.approx(10.0 + 2 * 2.0 + 4.0 / 2.0)] * 2
     assert network.ride("north", 0, network.of_lift("north")[1]).seconds == pytest.approx(2.0 + 4.0 / 2.0)
+
+
+def test_a_lift_is_taken_if_its_wait_is_short_now() -> None:
+    planner, goal = two_floors(lift("south", 4.0, 2.5)).planner(), ("L1", 0.5, 0.5)
+    usual = planner.plan(planner.times(Traveller()), START, goal)
+    assert usual is not None and usual.chain.names == ("north",)
+    wait = planner.network.layout.building.lift("north").wait
+    same = planner.plan(planner.times(Traveller(waits={"north": wait, "south": wait})), START, goal)
+    late = planner.plan(planner.times(Traveller(waits={"north": wait + 30.0})), START, goal)
+    last = planner.plan(planner.times(Traveller(waits={"north": wait + 30.0, "south": wait + 60.0})), START, goal)
+    assert same is not None and same.seconds == usual.seconds
+    assert late is not None and late.chain.names == ("south",)
+    assert last is not None and last.chain.names == ("north",)
+    assert last.seconds == pytest.approx(usual.seconds + 30.0)

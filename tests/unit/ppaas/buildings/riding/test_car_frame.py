@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from ppaas.buildings.building import Building, Floor
+from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.layout import Landing, layout_of
-from ppaas.buildings.riding.car_frame import Ride, carried, is_inside, turn_between
+from ppaas.buildings.riding.car_frame import Ride, carried, is_inside, places_in_car, turn_between
 from ppaas.geometry import Pose2D
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
@@ -61,3 +61,20 @@ def test_a_robot_that_turns_round_in_the_car_is_followed_by_its_odometry() -> No
     assert ride.on(second, odom) == pytest.approx(Pose2D(-9.0, 1.2, -math.pi / 2))
     assert ride.here(later) == pytest.approx(Pose2D(1.0, 1.0, math.pi / 2))
     assert ride.on(second, later) == pytest.approx(Pose2D(-9.0, 1.0, math.pi / 2))
+
+
+@pytest.mark.parametrize(("robots", "distance"), [(1, 2.0), (2, 1.0), (3, 1.0), (4, 1.0), (5, 2.0 / 3.0)])
+def test_robots_that_share_a_car_have_places_apart_from_each_other_which_are_the_same_on_all_floors(
+    robots: int, distance: float
+) -> None:
+    building, first, second = landings(Pose2D(5.0, -3.0, 0.7), back=True)
+    shared = Building(floors=building.floors, lifts=(LiftSettings(lift="north", robots=robots),))
+    places = places_in_car(shared, (first, second), first)
+    assert len(places) == robots and all(is_inside(first, place) for place in places)
+    apart = [one.distance_to(other) for one in places for other in places if one is not other]
+    assert min(apart, default=2.0) == pytest.approx(distance)
+    depths = [round(place.y, 6) for place in places]
+    assert depths == sorted(depths), "those far from the door come first"
+    for here, there in zip(places, places_in_car(shared, (first, second), second), strict=True):
+        assert carried(shared, first, second, here)[:2] == pytest.approx(there[:2])
+        assert there.theta == pytest.approx(second.car[2]), "they look out of the door"
