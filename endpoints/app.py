@@ -15,7 +15,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.http.problems import add_problem_handlers
 from endpoints.resources.services import Services
 from endpoints.rest import tasks, traffic
-from endpoints.rest.buildings import building_plans, buildings
+from endpoints.rest.buildings import building_plans, building_state, buildings
 from endpoints.rest.cluster import acknowledgements, audit, containers, endpoints, health, machines, retention
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, map_zones, maps
@@ -74,6 +74,7 @@ RESOURCES = (
     map_zones,
     buildings,
     building_plans,
+    building_state,
     people,
     people_history,
     traffic,

@@ -13,6 +13,9 @@ MAX_CORNERS = 1000
 MAX_TEXT = 100_000
 """Limit of a footprint's text [characters]."""
 
+DISC_CORNERS = 16
+"""Corners of the outline of a disc, as in costmap_2d."""
+
 _WANTED = "footprint must be a list of corners [[x, y], …] [m], or such a list as text"
 
 
@@ -46,6 +49,12 @@ def goes_around(corners: Footprint) -> bool:
     """Return whether an outline goes around the origin in one direction."""
     turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, (*corners[1:], *corners[:1]), strict=True)]
     return len(corners) >= 3 and all(map(math.isfinite, turns)) and (min(turns) > 0.0 or max(turns) < 0.0)
+
+
+def disc_outline(radius: float) -> Footprint:
+    """Return the outline of a disc around the origin [m], as corners."""
+    angles = [2.0 * math.pi * number / DISC_CORNERS for number in range(DISC_CORNERS)]
+    return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
 def _of_text(text: str) -> list[list[float]]:

@@ -93,14 +93,16 @@ class DockingScene:
     noise : DockingNoise, optional
     furniture : sequence of Furniture
         What else stands in the room.
+    dock_type : str
+        Type of all docks.
     """
 
     def __init__(
         self, chargers: dict[str, Charger], mapped: dict[str, Pose2D], seed: int, *,
         parameters: DockingParameters | None = None, noise: DockingNoise | None = None,
-        furniture: Sequence[Furniture] = (),
+        furniture: Sequence[Furniture] = (), dock_type: str = "",
     ) -> None:  # fmt: skip
-        self.noise = noise or DockingNoise()
+        self.noise, self._dock_type = noise or DockingNoise(), dock_type
         self._rng = np.random.default_rng((seed, 7))
         self._world = World(room(), seed)
         self._world.epoch = 1000.0
@@ -125,7 +127,10 @@ class DockingScene:
     def add_node(self, parameters: DockingParameters, mapped: dict[str, Pose2D]) -> None:
         """Start the node, with docks where the map has them."""
         body, outline = robot_model("turtlebot2"), outline_of(robot_model("turtlebot2"))
-        docks = [(at, Dock(name=name, yaw=at.theta, charges=name in self.chargers)) for name, at in mapped.items()]
+        docks = [
+            (at, Dock(name=name, yaw=at.theta, dock_type=self._dock_type, charges=name in self.chargers))
+            for name, at in mapped.items()
+        ]
         zones = ZoneSet([Zone(Point([at.x, at.y]), dock) for at, dock in docks])
         layers: MapLayers = replace(empty_layers(1.0), zones=zones)
         targets = DockTargets(parameters, outline)

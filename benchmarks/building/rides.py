@@ -10,19 +10,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ppaas.buildings.building import Building, Floor
 from ppaas.buildings.layout import BuildingLayout, layout_of
-from ppaas.buildings.riding.car_frame import Ride
-from ppaas.buildings.riding.floor_belief import GAS, FloorBelief
-from ppaas.buildings.riding.floor_finder import FloorFinder
+from ppaas.buildings.riding.air import GAS
+from ppaas.buildings.riding.car_frame import carried
+from ppaas.buildings.riding.floor_maps import clear_of, part_around
+from ppaas.buildings.riding.floor_search import FloorSearch
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.maps.raycast import cast_rays
+from ppaas.messages.fleet.floors import FindFloorRequest
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 
@@ -33,8 +37,12 @@ WIDTH, DEPTH, RESOLUTION = 14.0, 10.0, 0.05
 CAR = 6.2, 0.4, 7.8, 2.2
 """Least x and y and greatest x and y of the car, in the frame of the building [m]; its door is in the upper wall."""
 
-SILENT, WRONG, BAROMETER = 0.3, 0.05, 0.5
-"""Shares of lifts that say nothing, of rides that end on another floor, and of robots with a barometer."""
+SILENT, LIES, WRONG, BAROMETER = 0.3, 0.05, 0.05, 0.5
+"""Shares of lifts that say nothing, of those that name a wrong floor, of rides that end on another floor, and of robots
+with a barometer."""
+
+RIDE, AIR = 40.0, 0.5
+"""Duration of a ride [s], and by how much the pressure of the air drifts meanwhile: standard deviation [m]."""
 
 PERIOD, SPEED, BEAMS, RANGE = 0.1, 0.4, 180, 8.0
 """Time between scans [s], speed of the robot [m/s], beams of its laser, and their range [m]."""
@@ -101,8 +109,10 @@ class RideScores:
         """Return what the rides were."""
         return [
             f"Rides between {FLOORS} floors with an error of the odometry of {DRIFT:.0%}; {WRONG:.0%} end on another "
-            f"floor than ordered, {SILENT:.0%} of the lifts say nothing, half of the others name the ordered floor "
-            f"whatever happens, and {BAROMETER:.0%} of the robots have a barometer."
+            f"floor than ordered. {SILENT:.0%} of the lifts say nothing, {LIES:.0%} of the others name any wrong "
+            f"floor, and half of the rest the ordered floor whatever happens. {BAROMETER:.0%} of the robots have a "
+            f"barometer, which drifts by {AIR:g} m. Floor and pose are found as in the clone of a robot; the "
+            "first answer counts."
         ]
 
 
@@ -232,53 +242,75 @@ def ride(made: MadeUp, random: np.random.Generator, scores: RideScores) -> None:
     origin, destination = random.permutation(list(landings))[:2].tolist()
     others = [floor for floor in landings if floor not in (origin, destination)]
     floor = str(random.choice(others)) if random.random() < WRONG else destination
-    belief = _belief(made.layout.building, random, (origin, destination, floor))
     inside = _near(random, 0.15, 0.2)
     robot = LeavingRobot(made, floor, Pose2D(*landings[floor].car) @ inside, random)
     error = _near(random, 0.05, 0.03)
-    ridden = Ride(made.layout.building, landings[origin], Pose2D(*landings[origin].car) @ inside @ error, robot.odom)
-    candidates = {
-        name: (made.layers[name], ridden.on(landing, robot.odom))
-        for name, landing in landings.items()
-        if name != origin
-    }
-    finder = FloorFinder(belief, candidates, robot.odom, AmclParameters())
-    localized = _leave(robot, finder, Pose2D(*landings[floor].car), floor)
+    believed = Pose2D(*landings[origin].car) @ inside @ error
+    request, pressure = _request(made, random, (origin, destination, floor))
+    search = FloorSearch(request, believed, robot.odom, AmclParameters())
+    if pressure:
+        search.pressure(pressure, 0.0)
+    answered, localized = _leave(robot, search, Pose2D(*landings[floor].car))
+    scores.known += answered == floor
+    scores.wrong += answered not in ("", floor)
     scores.rides += 1
-    scores.known += belief.known == floor
-    scores.wrong += belief.known not in (None, floor)
-    if localized is None:
+    if answered != floor or localized is None:
         scores.late += 1
     else:
         scores.seconds.append(localized[0])
         scores.errors.append(localized[1])
 
 
-def _belief(building: Building, random: np.random.Generator, floors: tuple[str, str, str]) -> FloorBelief:
-    """Return what lift and barometer say of a ride: from a floor, to a floor, and where it really ended."""
+def _request(made: MadeUp, random: np.random.Generator, floors: tuple[str, str, str]) -> tuple[FindFloorRequest, float]:
+    """Return what the clone of a robot is asked after a ride, and what its barometer says, 0 without one [Pa].
+
+    The ride is from a floor, to a floor, and really ended on the third.
+    """
     origin, destination, floor = floors
+    building = made.layout.building
     levels = {each.name: each.elevation for each in building.floors}
-    belief = FloorBelief(levels, origin, destination)
-    if random.random() >= SILENT:
-        belief.lift_names(floor if random.random() < 0.5 else destination)
-    if random.random() < BAROMETER:
-        ground = 101_325.0 + random.normal(0.0, 900.0)
-        noise = random.normal(0.0, 0.3, 2)
-        belief.pressure(ground * math.exp(-(levels[origin] + noise[0]) / GAS), 0.0)
-        belief.pressure(ground * math.exp(-(levels[floor] + noise[1]) / GAS), 40.0)
-    return belief
+    landings = {landing.floor: landing for landing in made.layout.landings["lift"]}
+    parts = []
+    for name, landing in landings.items():
+        part = part_around(made.layers[name].grid, Pose2D(*landing.car), name, levels[name])
+        change = carried(building, landings[origin], landing, Pose2D(0.0, 0.0))
+        parts.append(replace(part, change=Pose.of(change)))
+    word = _word(random, list(levels), destination, floor)
+    request = FindFloorRequest(origin, destination, word, parts, clear=clear_of(landings[origin]))
+    if random.random() >= BAROMETER:
+        return request, 0.0
+    ground, noise = 101_325.0 + random.normal(0.0, 900.0), random.normal(0.0, 0.3, 2)
+    before = ground * math.exp(-(levels[origin] + noise[0]) / GAS)
+    drift = random.normal(0.0, AIR)
+    request = replace(request, pressure=before, seconds=RIDE)
+    return request, ground * math.exp(-(levels[floor] + noise[1] + drift) / GAS)
 
 
-def _leave(robot: LeavingRobot, finder: FloorFinder, car: Pose2D, floor: str) -> tuple[float, float] | None:
-    """Drive out of the car; return when the robot was localized after leaving [s], and its error then [m]."""
+def _word(random: np.random.Generator, levels: list[str], destination: str, floor: str) -> str:
+    """Return the floor that the lift names; empty if it is silent."""
+    if random.random() < SILENT:
+        return ""
+    if random.random() < LIES:
+        return str(random.choice([each for each in levels if each != floor]))
+    return floor if random.random() < 0.5 else destination
+
+
+def _leave(robot: LeavingRobot, search: FloorSearch, car: Pose2D) -> tuple[str, tuple[float, float] | None]:
+    """Drive out of the car; return the floor that is answered first, and when the robot was localized after leaving.
+
+    That time [s] comes with the error then [m]. As in the clone of a robot, the first answer counts.
+    """
+    answered = ""
     for seconds in _seconds_outside(robot, car):
-        finder.scan(robot.scan(), robot.odom)
-        found = finder.found
-        if seconds >= 0.0 and found is not None and found[0] == floor:
-            error = found[1].distance_to(robot.pose)
-            if error <= WITHIN:
-                return seconds, error
-    return None
+        search.scan(robot.scan(), robot.odom)
+        if not search.is_known:
+            continue
+        answer = search.answer()
+        answered = answered or answer.floor
+        error = answer.pose.planar().distance_to(robot.pose)
+        if seconds >= 0.0 and answer.floor == answered and error <= WITHIN:
+            return answered, (seconds, error)
+    return answered, None
 
 
 def _seconds_outside(robot: LeavingRobot, car: Pose2D) -> Iterator[float]:

@@ -278,7 +278,8 @@ async def _start(
     webhooks, retention = _called_jobs(engine, arguments, audit)
     engine.endpoints.serve_also(lambda: Extra(LiveCalls, reload))
     machine = asyncio.create_task(engine.start())
-    tasks = engine.cloud.task_runner(engine.store, engine.map_store, retention.seconds("tasks"))
+    kept = retention.seconds("tasks")
+    tasks = engine.cloud.task_runner(engine.store, engine.map_store, kept, engine.journeys)
     try:
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()

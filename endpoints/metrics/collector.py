@@ -214,6 +214,8 @@ def _counts(counts: ControlCounts) -> Iterator[Metric]:
     yield counters("ppaas_plans", "Requests for plans by how they ended", ["result"], origins)
     text, placed = "Time from the order to start a container until it answered", counts.placements
     yield histogram("ppaas_placement_seconds", text, [], [([], (placed.limits, placed.counts, placed.total))])
+    text, waited = "Time from the request for a lift until the robot boards", counts.lift_waits
+    yield histogram("ppaas_lift_wait_seconds", text, [], [([], (waited.limits, waited.counts, waited.total))])
     text = "Containers that were replaced"
     yield CounterMetricFamily("ppaas_containers_lost", text, value=counts.containers_lost)
     text = "Machines that left and were not removed"

@@ -2,20 +2,25 @@
 
 import asyncio
 import time
+from collections.abc import Mapping
 
+from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.resources.services import Services
 from endpoints.rest.task_schemas import EstimateAnswer
 from engine.control.planning.requests import CostRequest
+from engine.control.tasks.areas import TaskArea, area_in
 from engine.control.tasks.task_maps import distance_by, task_map_on
 from engine.specs.containers import MapVersion
 from ppaas.errors import PPaaSError
 from ppaas.tasks.assignment import Distance, labels_of, worth
+from ppaas.tasks.floors import bare, floor_of, on_floor
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Place, Task
+from ppaas.tasks.records import Task
 from ppaas.tasks.rehearsal import Rehearsal
+from storage.buildings.records import all_buildings, building_with_map
 from storage.records import MapTask
 
 MOST_REHEARSED = 32
@@ -44,27 +49,43 @@ async def estimate(services: Services, version: MapVersion, record: MapTask, now
     now : float
         Time [s since the epoch].
     """
-    robots = await _robots(services, record)
+    area = await run_in_threadpool(_area_of, services, record)
+    floors = {map_id: floor for floor, map_id in area.maps}
+    robots = await _robots(services, record.user, floors)
     if not robots:
         return None
-    stored = await run_in_threadpool(services.store.tasks, record.user, record.map)
-    tasks = _considered([other.task for other in stored], record.task, now)
+    stored = await run_in_threadpool(_stored, services, area)
+    task = replace(record.task, home=floors[record.map])
+    tasks = _considered(stored, task, now)
     distance: Distance = straight
-    if record.task.deadline is not None:
-        distance = await _ways(services, record, version, [robot.place for robot in robots.values() if robot.place])
-    return await run_in_threadpool(_rehearsed, tasks, robots, distance, record.task, now)
+    if task.deadline is not None and not task.floors:
+        distance = await _ways(services, record, version, task, robots)
+    return await run_in_threadpool(_rehearsed, tasks, robots, distance, task, now)
 
 
-async def _robots(services: Services, record: MapTask) -> dict[str, RobotNow]:
-    """Return the connected robots of the task's user on its map that know where they are."""
-    stored = await run_in_threadpool(services.store.robots, record.user)
-    here = [robot for robot in stored if robot.map == record.map]
+def _area_of(services: Services, record: MapTask) -> TaskArea:
+    found = building_with_map(all_buildings(services.store), record.user, record.map)
+    return area_in(None if found is None else found.building, (record.user, record.map))
+
+
+def _stored(services: Services, area: TaskArea) -> list[Task]:
+    return [
+        replace(record.task, home=floor)
+        for floor, map_id in area.maps
+        for record in services.store.tasks(area.user, map_id)
+    ]
+
+
+async def _robots(services: Services, user: str, floors: Mapping[str, str]) -> dict[str, RobotNow]:
+    """Return the connected robots of a user on maps, whose floors are given, that know where they are."""
+    stored = await run_in_threadpool(services.store.robots, user)
+    here = [robot for robot in stored if robot.map in floors]
     try:
         views = await services.cloud.robot_views([(robot.user, robot.id) for robot in here])
     except PPaaSError:  # without a master nobody knows where they are
         return {}
     return {
-        robot.id: RobotNow(view.report.pose, labels_of(robot.properties))
+        robot.id: RobotNow(on_floor(view.report.pose, floors[robot.map]), labels_of(robot.properties))
         for robot, view in zip(here, views, strict=True)
         if view is not None and view.connected and view.report.pose is not None
     }
@@ -77,16 +98,19 @@ def _considered(stored: list[Task], task: Task, now: float) -> list[Task]:
     return [task, *others[:MOST_REHEARSED], *(other for other in stored if not other.is_open)]
 
 
-async def _ways(services: Services, record: MapTask, version: MapVersion, starts: list[Place]) -> Distance:
-    """Return the lengths of the ways of a task alone: those of the others are straight lines."""
+async def _ways(
+    services: Services, record: MapTask, version: MapVersion, task: Task, robots: Mapping[str, RobotNow]
+) -> Distance:
+    """Return the lengths of the ways of a task alone on its map: those of the others are straight lines."""
     resolution = (await run_in_threadpool(task_map_on, services.map_store, version)).resolution
     if resolution is None:
         return straight
-    places = record.task.places
-    ends = tuple(dict.fromkeys((*starts, *places)))
+    here = [robot.place for robot in robots.values() if robot.place and floor_of(robot.place) == task.home]
+    places = task.stops
+    ends = tuple(dict.fromkeys((*here, *places)))
     try:
         async with asyncio.timeout(WAYS_TIMEOUT):
-            request = CostRequest(ends, places, WAYS_TIMEOUT)
+            request = CostRequest(tuple(map(bare, ends)), tuple(map(bare, places)), WAYS_TIMEOUT)
             answer = await services.cloud.planning.compute_costs(record.user, version, request)
     except (PPaaSError, TimeoutError):
         return straight

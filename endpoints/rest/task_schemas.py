@@ -92,6 +92,11 @@ class TaskFile(RequestBody):
 
     kind: TaskKind = Field(description="`go_to` one place; `pick_drop`: two places; `patrol` along places")
     places: list[Pose] = Field(min_length=1, max_length=MOST_PLACES, fail_fast=True)
+    floors: list[Annotated[str, Field(min_length=1, max_length=64)] | None] = Field(
+        [],
+        max_length=MOST_PLACES,
+        description="Floor of each place, of the building that the map is a floor of; null for the map itself",
+    )
     rounds: Annotated[StrictInt, Field(ge=1, le=MOST_ROUNDS, description="Rounds of a patrol")] = 1
     priority: Annotated[
         StrictInt, Field(ge=-MOST_PRIORITY, le=MOST_PRIORITY, description="Tasks of a higher priority go first")
@@ -117,6 +122,7 @@ class TaskFile(RequestBody):
             "id": task_id,
             "created": created,
             "places": tuple(map(triple, self.places)),
+            "floors": tuple(floor or "" for floor in self.floors),
             "holds": tuple(None if hold is None else PlaceHold(**hold) for hold in fields["holds"]),
             "after": tuple(After(**before) for before in fields["after"]),
             "repeat": None if self.repeat is None else self.repeat.repeat(),
@@ -141,6 +147,7 @@ class TaskAnswer(ResponseBody):
     map: str
     kind: TaskKind
     places: list[Triple]
+    floors: list[str] = Field(description="Floor of each place; empty if all are on the map")
     rounds: int
     priority: int
     deadline: float | None = Field(description="[s since the epoch]")
@@ -175,7 +182,7 @@ class TaskAnswer(ResponseBody):
         """Return a task as JSON."""
         task = record.task
         fields = msgspec.to_builtins(task, builtin_types=(float,))
-        own = ("leg", "attempt", "confirmed")
+        own = ("leg", "attempt", "confirmed", "home")
         known = {name: value for name, value in fields.items() if name not in own}
         return cls(
             **known

@@ -22,6 +22,7 @@ from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, QuotaExceeded, Unavailable
 from ppaas.tasks.records import Task
+from storage.buildings.records import all_buildings, building_with_map, no_building_of
 from storage.ports import Store, TaskStore
 from storage.records import MapTask
 
@@ -43,12 +44,13 @@ TaskId = Annotated[Name, Path(examples=["018f3c2ab4d0-5e1c9a02"])]
 async def add_task(map_id: MapId, file: TaskFile, services: Provided, user: Caller) -> TaskAnswer:
     """Add a task: one of the caller's robots on the map does it, the best one that has its labels.
 
-    It is kept if no robot is connected, and for 7 days after its end.
+    A task with floors is done by any of the caller's robots in the building, by lifts, ways and doors. It is kept if no
+    robot is connected, and for 7 days after its end.
     """
     head = await readable_head(services, user, map_id)
     now = epoch()
     record = MapTask(user.id, map_id, file.task(f"{int(now * 1000.0):012x}-{secrets.token_hex(4)}", now))
-    await run_in_threadpool(_add, services.store, record)
+    record = await run_in_threadpool(_add, services.store, record)
     await _tell(services, record)
     return TaskAnswer.of(record, await estimate(services, MapVersion(head.id, head.version), record, now))
 
@@ -95,7 +97,9 @@ async def confirm_task(map_id: MapId, task_id: TaskId, services: Provided, user:
     return TaskAnswer.of(record)
 
 
-def _add(store: Store, record: MapTask) -> None:
+def _add(store: Store, record: MapTask) -> MapTask:
+    if record.task.floors:
+        record = replace(record, task=_with_floors(store, record))
     if record.task.named_robot:
         store.robot(record.user, record.task.named_robot)  # raises if there is none
     for before in record.task.after:
@@ -105,6 +109,19 @@ def _add(store: Store, record: MapTask) -> None:
             f"a user may have {MOST_OPEN} tasks on a map that have not ended: cancel some, or wait until some are done"
         )
     store.put_task(record)
+    return record
+
+
+def _with_floors(store: Store, record: MapTask) -> Task:
+    """Return a task that names the floor of each place; ``InvalidInput`` if its building has no such floor."""
+    found = building_with_map(all_buildings(store), record.user, record.map)
+    here = None if found is None else found.building.floor_of_map(record.map)
+    if found is None or here is None:
+        raise no_building_of(record.map)
+    floors = tuple(floor or here.name for floor in record.task.floors)
+    for floor in floors:
+        found.building.floor(floor)
+    return replace(record.task, floors=floors)
 
 
 def _change(store: TaskStore, key: tuple[str, str, str], changed: Callable[[Task], Task]) -> MapTask:

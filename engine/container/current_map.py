@@ -11,18 +11,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+import msgspec
+
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
 from engine.protocols import machine_link
 from engine.specs.containers import ContainerSpec, Launch
 from engine.specs.layer_files import open_index, open_layers
-from engine.specs.robot_layers import filters_of, layers_of
+from engine.specs.robot_layers import filters_of, layers_of, with_load
 from ppaas.clock import epoch
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
+from ppaas.footprints import Footprint
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.docking_server.node import DockingServerNode
+from ppaas.nodes.footprint.node import FootprintNode, load_in
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
@@ -156,6 +160,8 @@ class CurrentMap:
         Layers of the map; None for a robot that makes a new map.
     reuse : ReuseSetup
         Access to the stored plans of the map version.
+    load : Footprint
+        Outline of what its robot carries; empty if nothing.
 
     Raises
     ------
@@ -166,11 +172,12 @@ class CurrentMap:
     """
 
     def __init__(self, launch: Launch, library: PlanLibrary, times: Times, note: Note) -> None:
-        self.spec = launch.spec
+        self.load, self._launched = _load_of(launch.spec), launch.spec
+        self.spec = with_load(launch.spec, launch.spec, self.load)
         self.indexes = SharedIndexes(Path(launch.layers))
         self._whole = None if self.spec.maps else _opened(Path(launch.layers), self.indexes)
         self._closed = _closed_in(self._whole)
-        self.layers = None if self._whole is None else _with_closed(self._whole, self._closed, self.spec)
+        self.layers = None if self._whole is None else self._fitting(self._whole, self._closed, self.spec)
         self._filters = _filters_of(self.spec, self._closed)
         version = self.spec.map
         self.reuse = ReuseSetup(version.id, version.version, library, times, note, self._filters)
@@ -235,7 +242,7 @@ class CurrentMap:
         before, closed = dict(self._filters), _closed_in(whole)
         self._set_filters(_filters_of(spec, closed))  # Move Base makes its processor of stored plans with them
         try:
-            layers = _with_closed(whole, closed, spec)
+            layers = self._fitting(whole, closed, spec)
             move_base = graph.nodes.get(MoveBaseNode.name)
             if isinstance(move_base, MoveBaseNode):
                 move_base.use_layers(layers, spec.map.version)
@@ -245,12 +252,32 @@ class CurrentMap:
         self.spec, self.indexes, self.layers = spec, indexes, layers
         self._whole, self._closed = whole, closed
         self.reuse = replace(self.reuse, version=spec.map.version)
+        self._move_to(layers, graph)
+        if monitoring is not None:
+            monitoring.recall("its map was replaced")
+
+    def carry(self, load: Footprint, graph: Graph) -> None:
+        """Go on with the layers for a robot with a load, or without one; whatever uses them is built again."""
+        self.load, self.spec = load, with_load(self.spec, self._launched, load)
+        if self._whole is not None:
+            self.layers = self._fitting(self._whole, self._closed, self.spec)
+            self._move_to(self.layers, graph)
+
+    def _fitting(self, whole: MapLayers, closed: list[Zone], spec: ContainerSpec) -> MapLayers:
+        """Return layers as they are now: with closed zones, and for the robot with its load."""
+        needed = layers_of(spec)
+        if not closed and needed.robot_radius == layers_of(self._launched).robot_radius:
+            return whole
+        # Imported only here: most containers make no layers.
+        from ppaas.costmap.build_layers import with_closed  # noqa: PLC0415
+
+        return with_closed(whole, closed, needed.robot_radius, needed.costs)
+
+    def _move_to(self, layers: MapLayers, graph: Graph) -> None:
         for name in ON_LAYERS:
             node: object = graph.nodes.get(name)
             if isinstance(node, OnLayers):
                 node.use_layers(layers)
-        if monitoring is not None:
-            monitoring.recall("its map was replaced")
 
     def _publish(self, graph: Graph, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:
         server = graph.nodes.get(MapServerNode.name)
@@ -267,14 +294,12 @@ def _closed_in(layers: MapLayers | None) -> list[Zone]:
     return [] if layers is None else closed_zones(layers.zones, epoch())
 
 
-def _with_closed(layers: MapLayers, closed: list[Zone], spec: ContainerSpec) -> MapLayers:
-    if not closed:
-        return layers
-    # Imported only here: most containers make no layers.
-    from ppaas.costmap.build_layers import with_closed  # noqa: PLC0415
-
-    needed = layers_of(spec)
-    return with_closed(layers, closed, needed.robot_radius, needed.costs)
+def _load_of(spec: ContainerSpec) -> Footprint:
+    """Return what the robot of a spec carries; nothing if that cannot be read, as restoring its node reports."""
+    try:
+        return load_in(spec.checkpoint.get(FootprintNode.name))
+    except (msgspec.MsgspecError, ValueError):
+        return ()
 
 
 def _filters_of(spec: ContainerSpec, closed: list[Zone]) -> dict[str, Any]:

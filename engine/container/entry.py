@@ -82,6 +82,11 @@ class MapFollower:
             self.machine.map_in_use(frame.map)
         self.home.attend()
 
+    def load_changed(self) -> None:
+        """Go on with the robot as it is with its load, or without one."""
+        self.outside.use_spec(self.current.spec)
+        self.home.attend()
+
 
 _faults = ListenerFaults(logger)
 
@@ -108,6 +113,9 @@ async def run(launch: Launch) -> None:
     outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
+    if attendants is not None:
+        attendants.fitting.fitted = follow.load_changed
+        outside.use_spec(current.spec)
     listening = asyncio.create_task(
         machine.serve(partial(_shared, outside, groups), partial(_resize, threads), endpoint.came, follow, told)
     )

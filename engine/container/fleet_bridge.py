@@ -66,6 +66,11 @@ def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
     )
 
 
+def _radius_of(spec: ContainerSpec) -> float:
+    robot = spec.robot
+    return robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
+
+
 class FleetBridge:
     """Bridge between a clone's graph and the machine link.
 
@@ -98,7 +103,7 @@ class FleetBridge:
         self._granted_at = float("-inf")
         robot = launch.spec.robot
         self._itself = launch.spec.user, "" if robot is None else robot.id
-        self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
+        self._radius = _radius_of(launch.spec)
         self._frame, self._is_joint = MAP, bool(launch.spec.joint_map)
         # Other robots share the frame of a new map only while it continues a published or a joint one.
         shared = topics.SHARED_POSE if launch.spec.maps else topics.AMCL_POSE
@@ -112,8 +117,9 @@ class FleetBridge:
             graph.tap(topics.PLAN.name, self._keep_plan)
 
     def use_spec(self, spec: ContainerSpec) -> None:
-        """Store plans for the map version of another spec from now on."""
+        """Store plans for the map version of another spec, and share the size of its robot, from now on."""
         self._launch = msgspec.structs.replace(self._launch, spec=spec)
+        self._radius = _radius_of(spec)
 
     def _note_velocity(self, _topic: str, odometry: Payload) -> None:
         if isinstance(odometry, Odometry):

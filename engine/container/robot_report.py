@@ -25,6 +25,12 @@ from ppaas.planners.base import PlanResult
 BATTERY = "battery_state"
 """Topic of the robot's client, of type ``sensor_msgs/BatteryState``, which the cloud passes on without a check."""
 
+CONFIRM = "task/confirm"
+"""Topic of a button of the robot, of type ``std_msgs/Bool``: it confirms the task that holds the robot."""
+
+PRESSED_AGAIN = 1.0
+"""Time without a message after which ``true`` is pressed again, not pressed still [s]."""
+
 BATTERY_AGE = 60.0
 """Age from which the charge of the battery is not known any more [s]."""
 
@@ -43,7 +49,12 @@ class _BatteryState(msgspec.Struct):
     percentage: float | None = None
 
 
+class _Button(msgspec.Struct):
+    data: bool | None = None
+
+
 _battery = msgspec.json.Decoder(_BatteryState)
+_button = msgspec.json.Decoder(_Button)
 
 
 class RobotReporter:
@@ -64,6 +75,7 @@ class RobotReporter:
         self._report = StateReport()
         self._battery: tuple[float, float | None] = -math.inf, None
         self._explored: tuple[float, int] = -math.inf, 0
+        self._pressed_at, self._presses = -math.inf, 0
         heard = (
             topics.AMCL_POSE, topics.AMCL_STATUS, topics.GRID_SLAM_STATUS, topics.MOVE_BASE_STATUS,
             topics.MOVE_BASE_RESULT, topics.PLAN, EXPLORE.feedback, topics.DOCK_STATUS, DOCK_ROBOT.status,
@@ -72,7 +84,8 @@ class RobotReporter:
         for topic in heard:
             if topic.name in graph.topics:
                 graph.tap(topic.name, self._heard)
-        sessions.hear(BATTERY, self)
+        for name in (BATTERY, CONFIRM):
+            sessions.hear(name, self)
 
     def report(self) -> StateReport:
         """Return what is known of the robot now."""
@@ -83,6 +96,7 @@ class RobotReporter:
             battery=battery if now - charged_at <= BATTERY_AGE else None,
             frontiers=frontiers if now - explored_at <= EXPLORING_AGE else None,
             software=self._sessions.software,
+            confirmations=self._presses,
         )
 
     # -- the clone -----------------------------------------------------------------------------------------------------
@@ -126,13 +140,26 @@ class RobotReporter:
     # -- the client of the robot ---------------------------------------------------------------------------------------
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Take the state of the battery; a charge that is not a share is not known."""
+        """Take the state of the battery, or of the button; a charge that is not a share is not known."""
+        if topic == CONFIRM:
+            self._press(payload)
+            return
         try:
             charge = _battery.decode(payload).percentage
         except msgspec.MsgspecError:
             charge = None
         known = charge is not None and 0.0 <= charge <= 1.0
         self._battery = self._graph.elapsed(), charge if known else None
+
+    def _press(self, payload: bytes) -> None:
+        """Count a press of the button; a button that is held sends ``true`` again and again, which is one press."""
+        try:
+            is_down = _button.decode(payload).data is True
+        except msgspec.MsgspecError:
+            is_down = False
+        now = self._graph.elapsed()
+        self._presses += is_down and now - self._pressed_at > PRESSED_AGAIN
+        self._pressed_at = now if is_down else -math.inf
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """Ignore refusals: it publishes nothing."""

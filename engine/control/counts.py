@@ -10,6 +10,9 @@ from engine.specs.work_counts import CLASSES, ENDED, FAILED, PLAN_MICROS, REUSED
 PLACEMENT_SECONDS = 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0
 """Upper limits of the classes of placement times [s]: a warm start takes a tenth of a second, a cold one minutes."""
 
+LIFT_SECONDS = 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 180.0, 300.0, 600.0
+"""Upper limits of the classes of waits for lifts [s]."""
+
 REQUEST_SECONDS = 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0
 """Upper limits of the classes of times until a request of REST is answered [s]: most paths take milliseconds."""
 
@@ -48,6 +51,8 @@ class ControlCounts:
     ----------
     placements : BucketCounts
         Times from the order to start a container until it answered [s].
+    lift_waits : BucketCounts
+        Times that robots have waited for lifts [s].
     containers_lost, machines_lost : int
         Numbers of containers that were replaced, and of machines that left, without being ended by the master.
     goals : Counter of GoalState
@@ -56,6 +61,7 @@ class ControlCounts:
 
     def __init__(self) -> None:
         self.placements = BucketCounts(PLACEMENT_SECONDS)
+        self.lift_waits = BucketCounts(LIFT_SECONDS)
         self.containers_lost = self.machines_lost = 0
         self.goals: Counter[GoalState] = Counter()
         self._work: Counter[str] = Counter()

@@ -10,8 +10,13 @@ from typing import Any
 
 import msgspec
 
+from engine.control.buildings.building_runner import BuildingAlert
 from engine.control.views import GoalState
 from engine.master.places import PlaceRequest, robot_of
+from ppaas.buildings.building import Building
+from ppaas.buildings.doors.states import DoorAlert
+from ppaas.buildings.faults import FaultChange
+from ppaas.buildings.lifts.states import LiftAlert
 from ppaas.clock import Clock, epoch
 from ppaas.listener_faults import ListenerFaults
 from ppaas.tasks.records import Task, TaskState
@@ -41,6 +46,9 @@ TASK_EVENTS: Mapping[TaskState, str] = {
 }
 """Type of the event of a task that has changed, by its new state."""
 
+BUILDING_EVENTS = ("lift.fault", "lift.ok", "lift.alert", "door.fault", "door.ok", "door.alert")
+"""Types of the events of a lift or a door: it has a fault, serves again, or people must look at it."""
+
 ROBOT_CONNECTED, ROBOT_LOST = "robot.connected", "robot.lost"
 CONTAINER_LOST, MACHINE_LOST = "alert.container_lost", "alert.machine_lost"
 DISK_EVENTS: Mapping[SpaceState, str] = {"ok": "alert.disk_ok", "low": "alert.disk_low", "full": "alert.disk_full"}
@@ -52,6 +60,7 @@ ALERT = "alert."
 EVENT_TYPES = (
     *dict.fromkeys(GOAL_EVENTS.values()),
     *TASK_EVENTS.values(),
+    *BUILDING_EVENTS,
     ROBOT_CONNECTED,
     ROBOT_LOST,
     CONTAINER_LOST,
@@ -127,6 +136,17 @@ class FleetEvents:
             FleetEvent(type=TASK_EVENTS[task.state], user=user, robot=task.robot, map=map_id, data={"task": known})
         )
 
+    def building_alerted(self, key: tuple[str, str], building: Building, alert: BuildingAlert) -> None:
+        """Report what is wrong with a lift or a door to the owner of the building, and to the user of the robot."""
+        owner, name = key
+        user, _, robot = ("", "", "") if isinstance(alert, FaultChange) else alert.robot.partition("/")
+        kind, floor, part, cause, text = _told(alert)
+        map_id = building.floor(floor).map if floor else ""
+        data = {"building": name, "owner": owner, kind: part, "floor": floor, "reason": text[:LONGEST_TEXT]}
+        for hears in dict.fromkeys((owner, user or owner)):
+            named = robot if hears == user else ""
+            self.report(FleetEvent(type=f"{kind}.{cause}", user=hears, robot=named, map=map_id, data=data))
+
     def container_lost(self, container: str, request: PlaceRequest, reason: str) -> None:
         """Report a container that was lost and is replaced, to administrators."""
         robot = "" if request.robot is None else request.robot.id
@@ -140,6 +160,17 @@ class FleetEvents:
     def disk_changed(self, state: SpaceState, reason: str) -> None:
         """Report that space runs out or is back, to administrators."""
         self.report(FleetEvent(type=DISK_EVENTS[state], data={"reason": reason}))
+
+
+def _told(alert: BuildingAlert) -> tuple[str, str, str, str, str]:
+    """Return what an alert is of, floor and name of it, its kind, and the reason."""
+    match alert:
+        case LiftAlert(lift, _, text):
+            return "lift", "", lift, "alert", text
+        case DoorAlert(floor, door, _, text):
+            return "door", floor, door, "alert", text
+        case FaultChange(part, text):
+            return part.kind, part.floor, part.name, "fault" if text else "ok", text
 
 
 def _of_robot(kind: str, key: str, request: PlaceRequest | None, **data: Any) -> FleetEvent:

@@ -2,8 +2,12 @@
 
 from typing import Any
 
+import msgspec
+
 from engine.specs.containers import ContainerSpec, LayerSpec
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, costmap_parameters, robot_body, robot_heights
+from ppaas.clone.robot_body import with_load as parameters_with_load
+from ppaas.footprints import Footprint
 from ppaas.nodes.map_server.costmap_filters import KEEPOUT_FILTER
 from ppaas.robot_model.known_models import PLANNING_MODEL
 
@@ -36,3 +40,25 @@ def filters_of(layers: LayerSpec) -> dict[str, Any]:
     if layers.costs.changed:
         filters[COSTMAP] = layers.costs.changed
     return filters
+
+
+def with_load(spec: ContainerSpec, bare: ContainerSpec, load: Footprint) -> ContainerSpec:
+    """Return a spec whose robot carries a load.
+
+    Parameters
+    ----------
+    spec : ContainerSpec
+    bare : ContainerSpec
+        The spec with the parameters of the robot without a load.
+    load : Footprint
+        Outline of the load in the robot's frame [m]; empty for none.
+
+    Raises
+    ------
+    NotFound, InvalidParameter
+        As `layers_of` raises it.
+    """
+    if spec.robot is None or bare.robot is None:
+        return spec
+    parameters = parameters_with_load(bare.robot.model, bare.robot.urdf, bare.robot.parameters, load)
+    return msgspec.structs.replace(spec, robot=msgspec.structs.replace(spec.robot, parameters=parameters))

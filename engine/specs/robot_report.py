@@ -28,6 +28,8 @@ class StateReport(msgspec.Struct, frozen=True, omit_defaults=True):
         Software of the robot's client, as the client names it; empty if it does not.
     docked : str
         At which dock it stands, or why it is not charged there; empty elsewhere.
+    confirmations : int
+        How often somebody at the robot has confirmed its task since its container began.
     """
 
     pose: tuple[float, float, float] | None = None
@@ -40,3 +42,4 @@ class StateReport(msgspec.Struct, frozen=True, omit_defaults=True):
     battery: float | None = None
     software: str = ""
     docked: str = ""
+    confirmations: int = 0

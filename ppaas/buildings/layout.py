@@ -3,14 +3,14 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ppaas.buildings.building import Building
 from ppaas.polygons import Points, distances_to_edges
 from ppaas.zones.shapes import Point, lines_of, polygons_of
-from ppaas.zones.zone import Dock, Door, LiftCar, Passage, Zone, ZoneSet
+from ppaas.zones.zone import Dock, Door, LiftCar, OneWay, Passage, Zone, ZoneSet
 
 Place = tuple[float, float, float]
 """x, y [m], yaw [rad] in the frame of the map of a floor."""
@@ -31,18 +31,25 @@ class DoorPlace:
         Both ends of the line that is closed by it [m].
     lift : str
         Lift whose car is behind it; empty if it leads to another part of the floor.
+    one_way : float, optional
+        Only direction in which robots pass through it [rad].
     """
 
     floor: str
     door: str
     ends: tuple[tuple[float, float], tuple[float, float]]
     lift: str = ""
+    one_way: float | None = None
 
     @property
     def middle(self) -> tuple[float, float]:
         """Middle between its ends [m]."""
         (x0, y0), (x1, y1) = self.ends
         return 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+
+    def may_pass(self, heading: float) -> bool:
+        """Return whether robots may pass through it with a heading [rad]."""
+        return self.one_way is None or math.cos(heading - self.one_way) >= 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +133,7 @@ def layout_of(building: Building, zones: Mapping[str, ZoneSet]) -> BuildingLayou
         Zones of the map of each floor, by the name of the floor; a floor that is missing has none.
     """
     warnings: list[str] = []
-    doors = [door for floor, zone in _each(building, zones, Door) for door in _doors(floor, zone)]
+    doors = [door for floor, zone in _each(building, zones, Door) for door in _doors(floor, zone, zones[floor])]
     landings = _landings(building, zones, doors, warnings)
     ways: defaultdict[str, list[WayEnd]] = defaultdict(list)
     for floor, zone in _each(building, zones, Passage):
@@ -155,12 +162,24 @@ def _point(zone: Zone) -> tuple[float, float]:
     return x, y
 
 
-def _doors(floor: str, zone: Zone) -> list[DoorPlace]:
+def _doors(floor: str, zone: Zone, zones: ZoneSet) -> Iterator[DoorPlace]:
     assert isinstance(zone.rule, Door)
-    return [
-        DoorPlace(floor, zone.name, ((line[0][0], line[0][1]), (line[-1][0], line[-1][1])), zone.rule.lift)
-        for line in lines_of(zone.geometry)
-    ]
+    for line in lines_of(zone.geometry):
+        door = DoorPlace(floor, zone.name, ((line[0][0], line[0][1]), (line[-1][0], line[-1][1])), zone.rule.lift)
+        yield door if door.lift else replace(door, one_way=_direction_at(door.middle, zones))
+
+
+def _direction_at(place: tuple[float, float], zones: ZoneSet) -> float | None:
+    """Return the direction of a one-way zone that is always in force at a place [rad]; None if there is none."""
+    point = np.array([place])
+    for zone in zones.zones:
+        rule = zone.rule
+        if isinstance(rule, OneWay) and not rule.times and zone.area.distances(point)[0] == 0.0:
+            if rule.direction is not None and not zone.area.lines:
+                return rule.direction
+            [(x, y)] = zone.area.directions(point).tolist()
+            return math.atan2(y, x)
+    return None
 
 
 # -- lifts -------------------------------------------------------------------------------------------------------------

@@ -7,9 +7,9 @@ from typing import Any
 
 from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
-from ppaas.footprints import Footprint, check_corners, goes_around
+from ppaas.footprints import Footprint, check_corners, disc_outline, goes_around
 from ppaas.geometry import Pose2D, convex_outline
-from ppaas.parameters import Parameters, read_parameters
+from ppaas.parameters import FOOTPRINT, Parameters, read_parameters
 from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius, inscribed_radius
 from ppaas.robot_model.known_models import RobotModel, robot_model
 from ppaas.robot_model.sensors import LASER
@@ -83,6 +83,38 @@ def robot_body(
     if not 0.0 <= body.robot_radius < MAX_RADIUS:
         raise InvalidParameter(f"robot_radius must be from 0 to {MAX_RADIUS:g} m, not {body.robot_radius}")
     return body
+
+
+def with_load(
+    model: str, urdf: RobotDescription | None, parameters: Mapping[str, Any], load: Footprint
+) -> dict[str, Any]:
+    """Return the parameters of a robot while it carries a load: its outline is that of both, for all nodes.
+
+    Parameters
+    ----------
+    model, urdf, parameters
+        As of `robot_body`.
+    load : Footprint
+        Outline of the load in the robot's frame [m]; empty for none.
+
+    Raises
+    ------
+    NotFound, InvalidParameter
+        As `robot_body` raises it.
+    """
+    if not load:
+        return dict(parameters)
+    body = robot_body(model, urdf, parameters)
+    outline = convex_outline([*(body.footprint or disc_outline(body.robot_radius)), *load]).tolist()
+    others = {name: _without_outline(values) for name, values in parameters.items()}
+    return others | {COSTMAP: {**others.get(COSTMAP, {}), FOOTPRINT: outline}}
+
+
+def _without_outline(values: Any) -> Any:
+    """Return the parameters of a node or plug-in without an outline of the robot."""
+    if not isinstance(values, dict):
+        return values
+    return {name: value for name, value in values.items() if name not in (FOOTPRINT, "robot_radius")}
 
 
 def costmap_parameters(parameters: Mapping[str, Any]) -> GlobalCostmapParameters:

@@ -1,4 +1,5 @@
-"""Construction of a map's layers: once per map version and robot radius, and while keep-out zones with times close."""
+"""Construction of a map's layers: once per map version and robot radius, while keep-out zones with times close, and
+while a robot carries a load."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -142,33 +143,31 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
 
 
 def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, costs: CostParameters) -> MapLayers:
-    """Return layers in which robots keep out of some more zones.
+    """Return layers in which robots keep out of some more zones, for a robot of any radius.
 
     Parameters
     ----------
     layers : MapLayers
         Layers of the map, without these zones.
     closed : list of Zone
-        Zones of the kind ``keep_out``.
+        Zones of the kind ``keep_out``, or none.
     robot_radius : float
         Radius of the robot [m].
     costs : CostParameters
         Parameters of its costs, with which the layers were made.
     """
     info = layers.grid.info
-    mask = kept_out(info, closed)
-    if mask is None:
-        return layers
-    keepout = np.where(mask, np.int8(OCCUPIED), np.int8(FREE))
-    if layers.keepout is not None:
-        keepout = np.maximum(keepout, layers.keepout.data)
+    mask, keepout = kept_out(info, closed), layers.keepout
+    if mask is not None:
+        shut = np.where(mask, np.int8(OCCUPIED), np.int8(FREE))
+        keepout = GridMap(shut if keepout is None else np.maximum(shut, keepout.data), info)
     made = build_layers(
         layers.grid,
         robot_radius=robot_radius,
         inflation_radius=costs.inflation_radius,
         cost_scaling_factor=costs.cost_scaling_factor,
         lethal_cost_threshold=costs.lethal_cost_threshold,
-        keepout=GridMap(keepout, info),
+        keepout=keepout,
         distance=layers.distance,
     )
     return with_causes(replace(made, speed=layers.speed, zones=layers.zones, overhead=layers.overhead))

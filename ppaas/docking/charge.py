@@ -6,6 +6,7 @@ from enum import Enum
 from statistics import median
 from typing import NamedTuple
 
+from ppaas.docking.failures import BatterySilent, ChargerLies, ContactWithoutCharge, DockingFailure
 from ppaas.messages.sensor_msgs import PowerSupplyStatus
 
 CHARGING = int(PowerSupplyStatus.POWER_SUPPLY_STATUS_CHARGING)
@@ -123,3 +124,13 @@ def has_fallen(readings: Sequence[ChargeReading]) -> bool:
 def _median(values: Sequence[float | None]) -> float | None:
     known = [each for each in values if each is not None]
     return median(known) if len(known) >= LEAST else None
+
+
+def uncharged(where: str, verdict: ChargeVerdict, current: float | None) -> DockingFailure:
+    """Return the failure of a robot that stands at a dock, by the verdict on its battery, and the current [A]."""
+    measured = "" if current is None else f" ({current:+.2f} A)"
+    if verdict is ChargeVerdict.LIES:
+        return ChargerLies(f"at {where} the battery reports that it is charged, while it is discharged{measured}")
+    if verdict is ChargeVerdict.NOT_CHARGING:
+        return ContactWithoutCharge(f"the robot stands at {where}, and its battery is not charged{measured}")
+    return BatterySilent(f"the robot stands at {where}, and too little is known of its battery: publish battery_state")

@@ -5,8 +5,9 @@ One approach consists of these phases, of which the last three are repeated unti
     STAGING → PERCEIVING → APPROACHING → WAITING ⇄ PRESSING → docked
                     ↑________________________________|  BACKING
 
-Contact is not charge: only readings of the battery end WAITING with success. A robot that fails for good backs off too,
-so that it does not stand at a dock that does not charge it.
+Contact is not charge: only readings of the battery end WAITING with success. Where the robot takes up a load, LIFTING
+follows, which only the report of its lift ends with success. A robot that fails for good backs off too, so that it does
+not stand at a dock that does not charge it.
 """
 
 import math
@@ -18,18 +19,17 @@ from numpy.typing import NDArray
 
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, apart_from_dock, is_in_way
-from ppaas.docking.charge import ChargeVerdict, ChargeWatch
+from ppaas.docking.charge import ChargeVerdict, ChargeWatch, uncharged
 from ppaas.docking.detection.base import NO_POINTS, DockView
 from ppaas.docking.dock import MappedDock
 from ppaas.docking.failures import (
-    BatterySilent,
-    ChargerLies,
-    ContactWithoutCharge,
     DockingFailure,
     DockLost,
     DockNotReached,
     DockNotSeen,
+    LiftFailed,
     NotStaged,
+    lift_problem,
 )
 from ppaas.docking.orders import STAND, Docked, DriveTo, Order, Sight
 from ppaas.docking.parameters import DockingParameters
@@ -70,6 +70,7 @@ class DockingPhase(Enum):
     APPROACHING = "driving to the dock"
     WAITING = "waiting for charge"
     PRESSING = "pressing on"
+    LIFTING = "lifting the load"
     BACKING = "backing off"
 
 
@@ -98,6 +99,8 @@ class Docking:
         Number of further approaches so far.
     text : str
         What the robot does, in words.
+    lift : bool or None
+        Whether the lift is to be up; None as long as it is not used.
     """
 
     def __init__(
@@ -110,8 +113,9 @@ class Docking:
         self._steps = {
             DockingPhase.STAGING: self._stage, DockingPhase.PERCEIVING: self._perceive,
             DockingPhase.APPROACHING: self._approach, DockingPhase.WAITING: self._wait,
-            DockingPhase.PRESSING: self._press, DockingPhase.BACKING: self._back_off,
+            DockingPhase.PRESSING: self._press, DockingPhase.LIFTING: self._lift, DockingPhase.BACKING: self._back_off,
         }  # fmt: skip
+        self.lift: bool | None = None
         self.phase, self.retries, self.text = DockingPhase.STAGING, 0, ""
         self._last = now
         self._points: NDArray[np.float64] = NO_POINTS
@@ -256,6 +260,10 @@ class Docking:
         return charged or now - self._near_at > STALLED
 
     def _wait(self, sight: Sight) -> Order:
+        if self._target.type.load:
+            self.lift = True
+            self._enter(DockingPhase.LIFTING, sight.now)
+            return STAND
         if not self.dock.charges:
             return Docked(self.dock, sight.odometry)
         verdict, limit = self.charge.verdict(self._since), self._parameters.wait_charge_timeout
@@ -267,18 +275,15 @@ class Docking:
             self._pressed, self._from = True, sight.odometry
             self._enter(DockingPhase.PRESSING, sight.now)
             return STAND
-        return self._fail(self._without_charge(verdict), sight)
+        return self._fail(uncharged(self.dock.in_words, verdict, self.charge.current(self._since)), sight)
 
-    def _without_charge(self, verdict: ChargeVerdict) -> DockingFailure:
-        where, current = self.dock.in_words, self.charge.current(self._since)
-        measured = "" if current is None else f" ({current:+.2f} A)"
-        if verdict is ChargeVerdict.LIES:
-            return ChargerLies(f"at {where} the battery reports that it is charged, while it is discharged{measured}")
-        if verdict is ChargeVerdict.NOT_CHARGING:
-            return ContactWithoutCharge(f"the robot stands at {where}, and its battery is not charged{measured}")
-        return BatterySilent(
-            f"the robot stands at {where}, and too little is known of its battery: publish battery_state"
-        )
+    def _lift(self, sight: Sight) -> Order:
+        if sight.lifted:
+            return Docked(self.dock, sight.odometry)
+        if sight.now - self._since <= self._parameters.lift_timeout:
+            return STAND
+        self.lift = False
+        return self._fail(LiftFailed(f"at {self.dock.in_words} {lift_problem(sight.lifted, up=True)}"), sight)
 
     def _press(self, sight: Sight) -> Order:
         speed, kind = self._parameters.controller.v_linear_min, self._target.type
@@ -291,6 +296,8 @@ class Docking:
 
     def _back_off(self, sight: Sight) -> Order:
         place, now = self._place(sight), sight.now
+        if self.lift is False and sight.lifted and now - self._since <= self._parameters.lift_timeout:
+            return STAND  # it came up late, and has to go down first
         goal = -self._target.type.staging_distance
         if place is None or place.x <= goal + 0.02 or now - self._since > BACKING_TIME:
             assert self._failure is not None, "a robot backs off from a failure"

@@ -88,3 +88,25 @@ class DockingTimeout(DockingFailure):
 
     slug = "docking-timeout"
     code = DockError.TIMEOUT
+
+
+class LiftFailed(DockingFailure):
+    """The lift does not report that it is up, or down."""
+
+    slug = "lift-failed"
+    curable = False
+
+
+class LoadCarried(DockingFailure):
+    """The robot carries a load already."""
+
+    slug = "load-carried"
+    code = DockError.DOCK_NOT_VALID
+    curable = False
+
+
+def lift_problem(lifted: bool | None, *, up: bool) -> str:
+    """Return why a lift is not where it is wanted, up or down, by what it reports."""
+    if lifted is None:
+        return "the robot does not report whether its lift is up: publish lift_state"
+    return f"the lift does not go {'up' if up else 'down'}"

@@ -25,6 +25,8 @@ class Sight:
         What it senses; None if nothing is new.
     held : str
         Why the robot must stand, in words; empty if it may drive.
+    lifted : bool, optional
+        Whether its lift is up; None as long as it does not report that.
     """
 
     now: float
@@ -32,6 +34,7 @@ class Sight:
     map_in_odom: Pose2D | None = None
     view: DockView | None = None
     held: str = ""
+    lifted: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from msgspec import Meta, field
 
 from ppaas.docking.approach import BodyOutline, DockControl
 from ppaas.docking.dock import DockStance
+from ppaas.footprints import Footprint, check_corners
 from ppaas.parameters import Parameters, check_numbers
 
 MOST_RETRIES = 1000
@@ -39,6 +40,9 @@ class DockType(Parameters, frozen=True):
         Whether docks that goals give by their poses charge the robot.
     charging_threshold : float
         Current from which the battery counts as charged [A].
+    load : Footprint
+        Outline of what the robot lifts and carries away, in the frame of the robot that has docked [m]; empty if it
+        carries nothing away. Such docks do not charge.
     """
 
     detection: str = "scan_line"
@@ -52,9 +56,12 @@ class DockType(Parameters, frozen=True):
     blind_distance: float = 0.1
     charges: bool = True
     charging_threshold: float = 0.5
+    load: Footprint = ()
 
     def __post_init__(self) -> None:
         """Check the ranges."""
+        if self.load:
+            check_corners(self.load)
         positive = ("staging_distance", "docking_threshold", "lateral_tolerance", "charging_threshold")
         check_numbers(self, positive=positive, signed=("distance",))
 
@@ -86,6 +93,8 @@ class DockingParameters(Parameters, frozen=True):
         Step by which further approaches are beside the axis of the dock [m]: to the left, to the right, twice so far.
     patience : float
         Time for which the robot waits for what is in its way [s].
+    lift_timeout : float
+        Time within which the lift must be up, or down [s].
     not_charging_timeout : float
         Time after which a docked robot whose battery is not charged is reported [s].
     controller : DockControl
@@ -103,6 +112,7 @@ class DockingParameters(Parameters, frozen=True):
     dock_prestaging_tolerance: float = 0.15
     retry_offset: float = 0.01
     patience: float = 15.0
+    lift_timeout: float = 15.0
     not_charging_timeout: float = 30.0
     controller: DockControl = DockControl()
     dock_types: dict[str, DockType] = field(default_factory=dict)
@@ -112,5 +122,6 @@ class DockingParameters(Parameters, frozen=True):
         """Check the ranges."""
         positive = (
             "initial_perception_timeout", "wait_charge_timeout", "dock_approach_timeout", "not_charging_timeout",
+            "lift_timeout",
         )  # fmt: skip
         check_numbers(self, positive=positive)

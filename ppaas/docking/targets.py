@@ -7,7 +7,7 @@ from ppaas.docking.approach import BodyOutline
 from ppaas.docking.detection.base import DockDetector
 from ppaas.docking.detection.registry import DOCK_DETECTORS
 from ppaas.docking.dock import DockStance, MappedDock
-from ppaas.docking.failures import DockTypeUnknown, DockUnknown
+from ppaas.docking.failures import DockTypeUnknown, DockUnknown, LoadCarried
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.errors import listed
 from ppaas.geometry import Pose2D
@@ -79,10 +79,26 @@ class DockTargets:
         name, kind = self.type_of(dock.type)
         if name not in self._detectors:
             self._detectors[name] = DOCK_DETECTORS.create(kind.detection, {})
+        if kind.load:
+            dock = dock._replace(charges=False)
         return DockTarget(dock, kind, self._detectors[name], kind.stance(self._body))
 
-    def named(self, name: str, docks: Sequence[MappedDock], robot: Pose2D | None) -> list[DockTarget]:
-        """Return the dock of a name and those to try after it; without a name all docks, the nearest first.
+    def named(
+        self, name: str, docks: Sequence[MappedDock], robot: Pose2D | None, *, loaded: bool = False
+    ) -> list[DockTarget]:
+        """Return the dock of a name and those to try after it; without a name all, the nearest first.
+
+        Those at which robots take up loads are none for a goal without a name.
+
+        Parameters
+        ----------
+        name : str
+        docks : sequence of MappedDock
+            All docks of the map.
+        robot : Pose2D, optional
+            Pose of the robot in the frame of the map.
+        loaded : bool
+            Whether the robot carries a load.
 
         Raises
         ------
@@ -90,13 +106,25 @@ class DockTargets:
             There is no such dock, or none at all.
         DockTypeUnknown
             The type of one is unknown.
+        LoadCarried
+            It is a place to take up a load, and the robot carries one.
         """
-        by_name = {dock.name: dock for dock in docks}
         if not docks:
             raise DockUnknown("the map has no docks: draw zones of the kind 'dock', or give a dock_pose")
-        if not name:
-            near = sorted(docks, key=lambda dock: 0.0 if robot is None else dock.pose.distance_to(robot))
-            return [self.target(dock) for dock in near]
+        found = self._chain(name, docks) if name else self._nearest(docks, robot)
+        if loaded and any(target.type.load for target in found):
+            raise LoadCarried("the robot carries a load already: undock it first, which sets the load down")
+        return found
+
+    def _nearest(self, docks: Sequence[MappedDock], robot: Pose2D | None) -> list[DockTarget]:
+        near = sorted(docks, key=lambda dock: 0.0 if robot is None else dock.pose.distance_to(robot))
+        found = [target for target in map(self.target, near) if not target.type.load]
+        if not found:
+            raise DockUnknown(f"name a dock, since all are places of loads: {listed([dock.name for dock in near])}")
+        return found
+
+    def _chain(self, name: str, docks: Sequence[MappedDock]) -> list[DockTarget]:
+        by_name = {dock.name: dock for dock in docks}
         chain: list[str] = []
         while name and name not in chain:
             if name not in by_name:

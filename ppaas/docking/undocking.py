@@ -1,8 +1,8 @@
-"""State machine of a goal to undock: the robot drives straight out of the dock."""
+"""State machine of a goal to undock: the robot sets its load down, and drives straight out of the dock."""
 
 from ppaas.controllers.base import Velocity
 from ppaas.docking.approach import BodyOutline, along_axis, is_in_way
-from ppaas.docking.failures import DockingFailure, DockingTimeout
+from ppaas.docking.failures import DockingFailure, DockingTimeout, LiftFailed, lift_problem
 from ppaas.docking.orders import STAND, Sight
 from ppaas.docking.parameters import DockingParameters, DockType
 from ppaas.geometry import Pose2D
@@ -26,17 +26,22 @@ class Undocking:
         Deceleration of the robot [m/s²].
     until : float
         Time until which it must be there [s].
+    loaded : bool
+        Whether the robot carries a load, which it sets down first.
 
     Attributes
     ----------
     text : str
         What the robot does, in words.
+    lift : bool or None
+        False if the lift is to be down; None if it is not used.
     """
 
     def __init__(
         self, start: Pose2D, kind: DockType, parameters: DockingParameters, body: BodyOutline, *, braking: float,
-        until: float,
+        until: float, loaded: bool = False,
     ) -> None:  # fmt: skip
+        self.lift = False if loaded else None
         self._start, self._kind, self._parameters = start, kind, parameters
         self._body, self._braking, self._until = body, braking, until
         self._ahead = kind.stance(body).ahead
@@ -44,6 +49,10 @@ class Undocking:
 
     def step(self, sight: Sight) -> Velocity | DockingFailure | None:
         """Return what the robot does now, None once it is out of the dock."""
+        if self.lift is False and sight.lifted is not False:
+            self.text = "setting the load down"
+            late = sight.now > self._until
+            return LiftFailed(lift_problem(sight.lifted, up=False)) if late else STAND
         there = self._start.inverse() @ sight.odometry
         place = Pose2D(self._ahead * there.x, self._ahead * there.y, there.theta)
         goal = -self._kind.staging_distance

@@ -10,8 +10,13 @@ LEFT = 0.25
 """Distance from where it docked at which a robot is not docked any more [m]."""
 
 
-DOCKED = "docked at "
-"""Beginning of the report on a robot that stands at its dock as it should."""
+DOCKED, CARRIES = "docked at ", "carries "
+"""Beginnings of the report on a robot that stands at its dock as it should, and on one that carries a load."""
+
+
+def is_well(report: str) -> bool:
+    """Return whether a report is that all is as it should be."""
+    return report.startswith((DOCKED, CARRIES))
 
 
 class DockedWatch:

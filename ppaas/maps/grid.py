@@ -140,3 +140,7 @@ class GridMap:
             raise InvalidMap(
                 f"expected int8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
+
+    def rows(self, first: int, last: int) -> NDArray[np.int8]:
+        """Return the cells of the rows ``first`` to ``last`` (excluded), counted from the lowest row of the map."""
+        return self.data[first:last]

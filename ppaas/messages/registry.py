@@ -25,7 +25,7 @@ from ppaas.messages import (
 )
 from ppaas.messages.base import map_msgs, rosapi, std_msgs
 from ppaas.messages.base.message import Message, ServiceType
-from ppaas.messages.fleet import fleet_plans, traffic
+from ppaas.messages.fleet import fleet_plans, floors, traffic
 from ppaas.messages.health import diagnostic_msgs, stops, watching
 from ppaas.messages.operators import teleoperation
 
@@ -33,7 +33,7 @@ _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
     octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, watching, nav2_motions,
-    traffic, fleet_plans, stops, teleoperation, nav2_servers,
+    traffic, fleet_plans, floors, stops, teleoperation, nav2_servers,
 )  # fmt: skip
 
 

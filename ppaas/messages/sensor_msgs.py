@@ -233,3 +233,20 @@ class BatteryState(Message, forbid_unknown_fields=False):
     cell_temperature: list[Float32 | None] = field(default_factory=list)
     location: str = ""
     serial_number: str = ""
+
+
+class FluidPressure(Message):
+    """``sensor_msgs/FluidPressure``: what a barometer measures.
+
+    Parameters
+    ----------
+    header : Header
+    fluid_pressure : float
+        Absolute pressure [Pa].
+    variance : float
+        Variance [Pa²]; 0 if it is not known.
+    """
+
+    header: Header
+    fluid_pressure: float
+    variance: float = 0.0

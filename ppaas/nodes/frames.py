@@ -1,5 +1,6 @@
 """Frames of a robot: their names, and a listener of ``tf`` and ``tf_static`` that knows where they are."""
 
+import contextlib
 import re
 from dataclasses import dataclass
 
@@ -271,3 +272,37 @@ class FrameListener:
     def localization_silence(self, now: float) -> float:
         """Return the time since localization last published the odometry frame in the map, infinite if never [s]."""
         return self.silence(self.odom, now)
+
+
+class LateFrames:
+    """Frames of a robot for nodes that need them now and then: until then, the newest transforms are only kept.
+
+    Parameters
+    ----------
+    names : FrameNames, optional
+        Names of the robot's frames.
+    """
+
+    def __init__(self, names: FrameNames | None = None) -> None:
+        self._frames = FrameListener(names)
+        self._kept: dict[str, tuple[str, TransformStamped, float, float]] = {}
+
+    def keep(self, topic: str, message: TFMessage, now: float, stamp: float) -> None:
+        """Keep the transforms of a message; parameters as of `FrameListener.hear`."""
+        for transform in message.transforms:
+            child = transform.child_frame_id
+            if child in self._kept or self._may_keep(child):
+                self._kept[child] = topic, transform, now, stamp
+
+    def _may_keep(self, child: str) -> bool:
+        """Return whether there is room for another frame; people come and go, and are left out."""
+        own = child.lstrip("/") in (self._frames.base, self._frames.names.odom)
+        return (own or len(self._kept) < MAX_FRAMES) and not PERSON.fullmatch(child)
+
+    def now(self) -> FrameListener:
+        """Return the frames as all transforms so far say; those that are not valid are left out."""
+        kept, self._kept = self._kept, {}
+        for topic, transform, now, stamp in kept.values():
+            with contextlib.suppress(TransformError):  # localization and Move Base have refused it already
+                self._frames.hear(topic, TFMessage([transform]), now, stamp)
+        return self._frames

@@ -6,9 +6,10 @@ Nodes, containers, endpoints, agents and robots all look up the policy of a topi
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.base.message import Message
-from ppaas.messages.base.std_msgs import Float64, String
+from ppaas.messages.base.std_msgs import Bool, Float64, String
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport, TrafficState
 from ppaas.messages.geometry_msgs import (
+    Polygon,
     PolygonStamped,
     PoseArray,
     PoseStamped,
@@ -40,6 +41,7 @@ from ppaas.messages.sensor_msgs import (
     BatteryState,
     CameraInfo,
     CompressedImage,
+    FluidPressure,
     Image,
     LaserScan,
     MultiEchoLaserScan,
@@ -70,12 +72,15 @@ DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
 CLOUD_IN = Topic("cloud_in", PointCloud2, stream=True, depth=1, local=True)
 PEOPLE = Topic("people", People, stream=True)
 DETECTIONS = Topic("detections", Detection3DArray, stream=True)
+BAROMETER = Topic("barometer", FluidPressure, stream=True, depth=1)
 
 # -- docks -------------------------------------------------------------------------------------------------------------
 
 BATTERY_STATE = Topic("battery_state", BatteryState, stream=True)
 DETECTED_DOCK_POSE = Topic("detected_dock_pose", PoseStamped, stream=True, depth=1)
 DOCK_STATUS = Topic("docking_server/status", String, latched=True, stream=True, depth=1, robot_only=True)
+LIFT = Topic("lift", Bool, latched=True, lasting=True, depth=1, robot_only=True)
+LIFT_STATE = Topic("lift_state", Bool, stream=True, depth=1, robot_only=True)
 
 # -- people ------------------------------------------------------------------------------------------------------------
 
@@ -155,6 +160,8 @@ LOCAL_COSTMAP = GLOBAL_COSTMAP._replace(name="local_costmap/costmap")
 MOVE_BASE_GLOBAL_COSTMAP = GLOBAL_COSTMAP._replace(name="move_base/global_costmap/costmap")
 MOVE_BASE_LOCAL_COSTMAP = GLOBAL_COSTMAP._replace(name="move_base/local_costmap/costmap")
 LOCAL_FOOTPRINT = GLOBAL_COSTMAP._replace(name="local_costmap/published_footprint", type=PolygonStamped)
+LOCAL_LOAD = Topic("local_costmap/footprint", Polygon)
+GLOBAL_LOAD = LOCAL_LOAD._replace(name="global_costmap/footprint")
 MOVE_BASE_FOOTPRINT = LOCAL_FOOTPRINT._replace(name="move_base/local_costmap/footprint")
 
 # -- waypoint follower -------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.people.tracks.hungarian import least_cost
+from ppaas.tasks.floors import floor_of
 from ppaas.tasks.reach import SPEED, lasts
 from ppaas.tasks.records import PAYLOAD, Place, Task
 
@@ -65,8 +66,10 @@ def worth(task: Task, now: float) -> float:
     return PRIORITY * task.priority + max(0.0, now - task.may_start) + URGENCY * max(0.0, URGENT - left)
 
 
-def may_do(task: Task, robot: str, labels: Mapping[str, str]) -> bool:
-    """Return whether a robot with these labels may do a task."""
+def may_do(task: Task, robot: str, labels: Mapping[str, str], place: Place | None = None) -> bool:
+    """Return whether a robot with these labels, at this place, may do a task; over floors, if the task names floors."""
+    if place is not None and not task.floors and floor_of(place) != task.home:
+        return False
     if task.named_robot not in {"", robot} or (task.weight > 0.0 and not task.weight <= payload_of(labels)):
         return False
     return all(labels.get(name) == value for name, value in task.labels.items())
@@ -100,7 +103,7 @@ def costs_of(
     for row, robot in enumerate(robots):
         for column, task in enumerate(tasks):
             waits = robot.remaining > 0.0 and task.robot not in {"", robot.robot}
-            if may_do(task, robot.robot, robot.labels) and not waits:
+            if may_do(task, robot.robot, robot.labels, robot.place) and not waits:
                 way = distance(robot.place, task.target)
                 if lasts(task, way + robot.remaining * SPEED, robot.battery, sites):
                     costs[row, column] = robot.remaining + way / SPEED - worth(task, now)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 
 from ppaas.energy.sites import Sites
 from ppaas.tasks.assignment import may_do
+from ppaas.tasks.floors import bare, floor_of
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import DETOUR, RESERVE, SPEED, lasts, least_cost, straight, way_home
@@ -77,15 +78,19 @@ def trips(
     limit = ALMOST_FULL if tasks_wait else OPPORTUNE
     wish = sorted(needy, key=lambda name: (charge[name], name))
     wish += sorted((name for name in idle if charge[name] < limit), key=lambda name: (charge[name], name))
-    taken = [task.places[0] for task in task_of.values() if task.trip == "charge"]
+    taken = [task.target for task in task_of.values() if task.trip == "charge"]
     charging = _matched(wish, robots, [place for place in sites.chargers.values() if place not in taken])
     gone = {name for name, _ in charging}
     stay = [name for name in idle if name not in gone and name not in task_of]
     away = [name for name in stay if not _is_at(robots[name], sites.parking.values())]
     spots = [place for place in sites.parking.values() if not _is_taken(place, robots, task_of)]
     parking = _matched(sorted(away), robots, spots)
-    first = [(name, _trip("charge", place, name, now, number)) for number, (name, place) in enumerate(charging)]
-    return first + [(name, _trip("park", place, name, now, number)) for number, (name, place) in enumerate(parking)]
+    given: list[tuple[Trip, list[tuple[str, Place]]]] = [("charge", charging), ("park", parking)]
+    return [
+        (name, _trip(trip, (robots[name].place or place, place), name, now, number))
+        for trip, found in given
+        for number, (name, place) in enumerate(found)
+    ]
 
 
 def leavers(
@@ -119,7 +124,7 @@ def leavers(
 def _can_do(task: Task, name: str, robot: RobotNow, sites: Sites) -> bool:
     assert robot.place is not None, "it is at its charger"
     way = DETOUR * straight(robot.place, task.target)
-    return may_do(task, name, robot.labels) and lasts(task, way, robot.battery, sites)
+    return may_do(task, name, robot.labels, robot.place) and lasts(task, way, robot.battery, sites)
 
 
 def reach_reason(task: Task, robots: Mapping[str, RobotNow], sites: Sites) -> str:
@@ -127,7 +132,7 @@ def reach_reason(task: Task, robots: Mapping[str, RobotNow], sites: Sites) -> st
     able = [
         robot.battery
         for name, robot in robots.items()
-        if robot.battery is not None and may_do(task, name, robot.labels)
+        if robot.battery is not None and may_do(task, name, robot.labels, robot.place)
     ]
     if not able or not sites.chargers:
         return task.reason
@@ -163,7 +168,7 @@ def _is_at(robot: RobotNow, places: Iterable[Place]) -> bool:
 
 
 def _is_taken(place: Place, robots: Mapping[str, RobotNow], task_of: Mapping[str, Task]) -> bool:
-    planned = any(task.trip == "park" and task.places[0] == place for task in task_of.values())
+    planned = any(task.trip == "park" and task.target == place for task in task_of.values())
     return planned or any(_is_at(robot, [place]) for robot in robots.values())
 
 
@@ -179,13 +184,16 @@ def _matched(names: list[str], robots: Mapping[str, RobotNow], places: list[Plac
     return found
 
 
-def _trip(trip: Trip, place: Place, robot: str, now: float, number: int) -> Task:
-    charge = trip == "charge"
+def _trip(trip: Trip, way: tuple[Place, Place], robot: str, now: float, number: int) -> Task:
+    """Return a trip from where the robot is to a place, also on another floor."""
+    charge, here, floor = trip == "charge", floor_of(way[0]), floor_of(way[1])
     return Task(
         id=f"{int(now * 1000.0):012x}-{trip}{number}",
         kind="go_to",
         trip=trip,
-        places=(place,),
+        places=(bare(way[1]),),
+        floors=() if floor == here else (floor,),
+        home=floor,
         priority=MOST_PRIORITY if charge else -MOST_PRIORITY,
         holds=(PlaceHold(charge=FULL),) if charge else (),
         named_robot=robot,

@@ -5,7 +5,9 @@ is sent. So a dispatcher that is made from the stored records goes on where an e
 goals again, and Move Base ignores those that it has.
 """
 
+import math
 from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +20,7 @@ from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import remaining, straight
 from ppaas.tasks.records import GOALS, Place, Task, TaskState
 from ppaas.tasks.succession import following, verdict
+from ppaas.tasks.ways import NO_WAY, with_way_reasons
 
 # -- dispatcher --------------------------------------------------------------------------------------------------------
 
@@ -98,7 +101,11 @@ class Dispatcher:
         return [Cancel(task.robot, task.goal_id)]
 
     def see(
-        self, robots: Mapping[str, RobotNow], now: float, lost: Mapping[str, float] = MappingProxyType({})
+        self,
+        robots: Mapping[str, RobotNow],
+        now: float,
+        lost: Mapping[str, float] = MappingProxyType({}),
+        riding: AbstractSet[str] = frozenset(),
     ) -> list[Order]:
         """Note the robots that are connected: all of them, each time.
 
@@ -108,6 +115,8 @@ class Dispatcher:
         now : float
         lost : mapping of str to float
             Times at which others were lost, as far as known; by default, since they were not seen any more.
+        riding : set of str
+            Robots in lifts, where they may be silent: they keep their tasks.
         """
         come = [name for name in robots if name not in self._robots]
         self._robots = dict(robots)
@@ -115,12 +124,14 @@ class Dispatcher:
         for name, robot in robots.items():
             self._seen[name] = now
             task = self._task(name)
-            strays = {goal for goal in robot.goals if goal.startswith(GOALS)} - {"" if task is None else task.goal_id}
+            strays = {goal.partition("/")[0] for goal in robot.goals if goal.startswith(GOALS)}
+            strays -= {"" if task is None else task.goal_id}
             orders += [Cancel(name, goal) for goal in sorted(strays)]
         come_tasks = [task for name in come if (task := self._task(name)) is not None]
         orders += [self._send(task) for task in come_tasks if task.holding is None]
         for name in self._seen.keys() & lost.keys() - robots.keys():
             self._seen[name] = min(self._seen[name], lost[name])
+        self._seen |= dict.fromkeys(self._seen.keys() & riding, now)
         for name in tuple(self._seen):
             if now - self._seen[name] > GONE_AFTER:
                 orders += self._gone(name, now)
@@ -166,6 +177,8 @@ class Dispatcher:
                 if (robot := _unless(found.get(task.id, ""), busy)) != task.robot
             ]  # fmt: skip
             orders += self._move(moved, now)
+            for task in with_way_reasons(self.undecided(now), free, distance):
+                orders += self._store(task)
         return orders + self._preempt(now, distance) + self._rest(now)
 
     def release(self, now: float) -> list[Order]:
@@ -194,7 +207,7 @@ class Dispatcher:
                 found.append(TaskRobot(name, robot.place, 0.0, robot.labels, robot.battery))
             elif task.trip != "charge":
                 left = remaining(task, robot.place)
-                found.append(TaskRobot(name, task.places[-1], left, robot.labels, robot.battery))
+                found.append(TaskRobot(name, task.stops[-1], left, robot.labels, robot.battery))
         return found
 
     def undecided(self, now: float) -> list[Task]:
@@ -264,8 +277,9 @@ class Dispatcher:
         orders: list[Order] = []
         for task in sorted(waiting, key=lambda task: (-task.priority, task.created, task.id)):
             ways = {
-                name: (other.priority, distance(place, task.target), name)
+                name: (other.priority, way, name)
                 for name, other, place in self._preemptible(task)
+                if math.isfinite(way := distance(place, task.target))
             }
             if ways:
                 robot = min(ways, key=ways.__getitem__)
@@ -281,7 +295,7 @@ class Dispatcher:
             other = self._task(name)
             if other is None or robot.place is None or robot.is_led or other.is_loaded:
                 continue
-            able = may_do(task, name, robot.labels) and not must_charge(robot, None, self.sites)
+            able = may_do(task, name, robot.labels, robot.place) and not must_charge(robot, None, self.sites)
             if other.priority < task.priority and able:
                 found.append((name, other, robot.place))
         return found
@@ -301,7 +315,7 @@ class Dispatcher:
         for task, robot in moved:
             changes: dict[str, Any] = {"robot": robot, "attempt": task.attempt + bool(task.robot)}
             changes |= {"state": "assigned", "assigned": now} if robot else {"state": "queued", "assigned": None}
-            changes["reason"] = other_reason(task)
+            changes["reason"] = "" if task.reason == NO_WAY else other_reason(task)
             changed = replace(task, **changes)
             orders += self._store(changed)
             if robot:
@@ -367,7 +381,7 @@ class Dispatcher:
         return [StoreTask(task)]
 
     def _send(self, task: Task) -> Order:
-        return Send(task.robot, task.goal_id, task.target)
+        return Send(task.robot, task.goal_id, task.target, bool(task.floors))
 
 
 def _carries(reason: str) -> str:

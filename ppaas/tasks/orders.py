@@ -46,11 +46,21 @@ class StoreTask:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again."""
+    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again.
+
+    Parameters
+    ----------
+    robot, goal_id : str
+    place : Place
+        Where to, with its floor.
+    over_floors : bool
+        Whether the task names floors, so that lifts and doors are taken on the way.
+    """
 
     robot: str
     goal_id: str
     place: Place
+    over_floors: bool = False
 
 
 @dataclass(frozen=True, slots=True)

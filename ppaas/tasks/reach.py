@@ -4,6 +4,7 @@ import math
 
 from ppaas.energy.battery import Battery
 from ppaas.energy.sites import Sites
+from ppaas.tasks.floors import floor_of
 from ppaas.tasks.records import Place, Task
 
 SPEED = 0.5
@@ -15,13 +16,17 @@ RESERVE = 0.1
 DETOUR = 1.3
 """Length of a way that was not measured, as a multiple of the straight line."""
 
+RIDE = 30.0
+"""Length of a way that a change of floors counts as where it was not measured [m]."""
+
 CONFIRMED_AFTER = 60.0
 """Time after which a hold counts as confirmed, unless another is given [s]."""
 
 
 def straight(start: Place, goal: Place) -> float:
-    """Return the distance between two places as the crow flies [m]."""
-    return math.hypot(goal[0] - start[0], goal[1] - start[1])
+    """Return the distance between two places as the crow flies [m]; places on two floors are farther apart."""
+    ride = 0.0 if floor_of(start) == floor_of(goal) else RIDE
+    return math.hypot(goal[0] - start[0], goal[1] - start[1]) + ride
 
 
 def way_home(place: Place, sites: Sites) -> float:
@@ -36,7 +41,7 @@ def cost_of(task: Task, way: float, battery: Battery, sites: Sites) -> float:
     """
     number = len(task.places)
     legs = range(task.leg, task.leg + min(task.legs - task.leg, number))
-    places = [task.places[leg % number] for leg in legs]
+    places = [task.stops[leg % number] for leg in legs]
     metres = way + DETOUR * sum(map(straight, places, places[1:])) + way_home(places[-1], sites)
     holds = [task.holds[leg % number] for leg in legs] if task.holds else []
     waits = sum(CONFIRMED_AFTER if hold.seconds is None else hold.seconds for hold in holds if hold is not None)
@@ -61,9 +66,10 @@ def remaining(task: Task, place: Place) -> float:
     if task.holding is not None:
         place = task.target
     way = straight(place, task.target)
-    left, around = task.legs - task.leg - 1, (*task.places[1:], task.places[0])
-    waits = [0.0 if hold is None else SPEED * (hold.seconds or 0.0) for hold in task.holds] or [0.0] * len(task.places)
-    steps = [straight(*pair) + wait for *pair, wait in zip(task.places, around, waits, strict=True)]
+    stops = task.stops
+    left, around = task.legs - task.leg - 1, (*stops[1:], stops[0])
+    waits = [0.0 if hold is None else SPEED * (hold.seconds or 0.0) for hold in task.holds] or [0.0] * len(stops)
+    steps = [straight(*pair) + wait for *pair, wait in zip(stops, around, waits, strict=True)]
     rounds, rest = divmod(left, len(steps))
     at = task.leg % len(steps)
     way += rounds * sum(steps) + sum((steps * 2)[at : at + rest]) + waits[(task.legs - 1) % len(steps)]

@@ -7,6 +7,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.tasks.floors import on_floor
 from ppaas.tasks.options import MOST_BEFORE, After, PlaceHold, Repeat, check_hold, check_repeat
 
 TaskKind = Literal["go_to", "pick_drop", "patrol"]
@@ -58,6 +59,8 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     kind : {"go_to", "pick_drop", "patrol"}
     places : tuple of Place
         Places in the order in which they are visited.
+    floors : tuple of str
+        Floor of each place, of the building whose floor the map of the task is; empty if all are on that map.
     rounds : int
         Number of times that a patrol visits its places.
     priority : int
@@ -105,11 +108,14 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
         Time at which it was added [s since the epoch].
     assigned, begun, ended : float, optional
         Times at which its robot got it, was at its first place, and ended it [s since the epoch].
+    home : str
+        Floor of the map on which it was added, while it is led; empty if that is of no building, and in stored records.
     """
 
     id: str
     kind: TaskKind
     places: tuple[Place, ...]
+    floors: tuple[str, ...] = ()
     rounds: int = 1
     priority: int = 0
     deadline: float | None = None
@@ -136,6 +142,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     assigned: float | None = None
     begun: float | None = None
     ended: float | None = None
+    home: str = ""
 
     @property
     def is_open(self) -> bool:
@@ -149,8 +156,16 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def target(self) -> Place:
-        """Place to which its robot drives next."""
-        return self.places[self.leg % len(self.places)]
+        """Place to which its robot drives next, with its floor."""
+        return self._stop(self.leg % len(self.places))
+
+    @property
+    def stops(self) -> tuple[Place, ...]:
+        """Places with their floors."""
+        return tuple(map(self._stop, range(len(self.places))))
+
+    def _stop(self, number: int) -> Place:
+        return on_floor(self.places[number], self.floors[number] if self.floors else self.home)
 
     @property
     def is_loaded(self) -> bool:
@@ -207,6 +222,8 @@ def check_task(task: Task) -> Task:
 
 
 def _check_options(task: Task) -> Task:
+    if task.floors and len(task.floors) != len(task.places):
+        raise InvalidInput(f"'floors' must be one a place, {len(task.places)} in all, or none, not {len(task.floors)}")
     if task.holds and len(task.holds) != len(task.places):
         raise InvalidInput(f"'holds' must be one a place, {len(task.places)} in all, or none, not {len(task.holds)}")
     for hold in task.holds:

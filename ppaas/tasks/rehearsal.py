@@ -11,6 +11,7 @@ from ppaas.energy.battery import Battery
 from ppaas.energy.sites import NO_SITES, Sites
 from ppaas.tasks.assignment import Distance
 from ppaas.tasks.dispatcher import REST, Dispatcher
+from ppaas.tasks.floors import floor_of, on_floor
 from ppaas.tasks.options import PlaceHold
 from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import CONFIRMED_AFTER, SPEED
@@ -65,7 +66,9 @@ class _Driver:
         if not self.is_driving:
             return self.start
         share, (x, y, _), (to_x, to_y, yaw) = self.share(now), self.start, self.target
-        return x + share * (to_x - x), y + share * (to_y - y), yaw
+        if floor_of(self.start) != floor_of(self.target):
+            return self.start if share < 0.5 else self.target
+        return on_floor((x + share * (to_x - x), y + share * (to_y - y), yaw), floor_of(self.start))
 
     def ways_now(self, now: float) -> Ways:
         """Return the ways that it knows: on, or back."""

@@ -59,7 +59,8 @@ def following(task: Task, now: float) -> Task | None:
 
 
 _KEPT = (
-    "kind", "places", "rounds", "priority", "labels", "holds", "named_robot", "weight", "preempts", "repeat",
+    "kind", "places", "floors", "home", "rounds", "priority", "labels", "holds", "named_robot", "weight", "preempts",
+    "repeat",
 )  # fmt: skip
 
 

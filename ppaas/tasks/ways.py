@@ -1,11 +1,13 @@
 """Lengths of ways on a map, by the costs that planners compute."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from ppaas.tasks.assignment import Distance
-from ppaas.tasks.reach import straight
-from ppaas.tasks.records import Place
+from msgspec.structs import replace
+
+from ppaas.tasks.assignment import Distance, TaskRobot, may_do
+from ppaas.tasks.reach import SPEED, straight
+from ppaas.tasks.records import Place, Task
 
 COST_OF_CELL = 50.0
 """Cost of a free cell: ``ppaas.planners.weights.NEUTRAL``, which comes with numba."""
@@ -34,9 +36,50 @@ def ways_by(
     resolution : float
         Size of a cell of the map [m].
     """
+    return _by(
+        starts, goals, [[None if cost is None else free_length(cost, resolution) for cost in row] for row in costs]
+    )
+
+
+def ways_by_times(
+    starts: Sequence[Place], goals: Sequence[Place], seconds: Sequence[Sequence[float | None]]
+) -> Distance:
+    """Return the lengths of ways over floors by the times that they take, with rides; as ``ways_by``.
+
+    Parameters
+    ----------
+    starts, goals : sequence of Place
+    seconds : sequence of sequence of float or None
+        A row for each start with the time to each goal [s]; None where there is no way.
+    """
+    rows = [[None if each is None else each * SPEED for each in row] for row in seconds]
+    return _by(starts, goals, rows)
+
+
+def _by(starts: Sequence[Place], goals: Sequence[Place], lengths: Sequence[Sequence[float | None]]) -> Distance:
     known: dict[tuple[Place, Place], float] = {
-        (start, goal): math.inf if cost is None else free_length(cost, resolution)
-        for start, row in zip(starts, costs, strict=True)
-        for goal, cost in zip(goals, row, strict=True)
+        (start, goal): math.inf if length is None else length
+        for start, row in zip(starts, lengths, strict=True)
+        for goal, length in zip(goals, row, strict=True)
     }
     return lambda start, goal: known.get((start, goal), straight(start, goal))
+
+
+NO_WAY = "no way leads there now from any robot that may do it"
+"""Reason of a task over floors for which no robot comes into question."""
+
+
+def with_way_reasons(tasks: Iterable[Task], robots: Sequence[TaskRobot], distance: Distance) -> list[Task]:
+    """Return the tasks over floors without a robot whose reason changes: whether a way leads there from any robot."""
+    found = []
+    for task in tasks:
+        if task.floors and not task.robot and (reason := _way_reason(task, robots, distance)) != task.reason:
+            found.append(replace(task, reason=reason))
+    return found
+
+
+def _way_reason(task: Task, robots: Sequence[TaskRobot], distance: Distance) -> str:
+    able = [robot.place for robot in robots if may_do(task, robot.robot, robot.labels, robot.place)]
+    if able and all(math.isinf(distance(place, task.target)) for place in able):
+        return task.reason or NO_WAY
+    return "" if task.reason == NO_WAY else task.reason

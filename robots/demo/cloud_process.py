@@ -235,8 +235,8 @@ STARTING = "the cloud is starting"
 
 
 @contextlib.asynccontextmanager
-async def own_cloud(write: Write) -> AsyncIterator[CloudAccess]:
-    """Run a cloud during the block, and write what it does until it is up.
+async def own_cloud(write: Write, arguments: Sequence[str] = ()) -> AsyncIterator[CloudAccess]:
+    """Run a cloud with further arguments during the block, and write what it does until it is up.
 
     Raises
     ------
@@ -248,7 +248,7 @@ async def own_cloud(write: Write) -> AsyncIterator[CloudAccess]:
     async with contextlib.AsyncExitStack() as stack:
         telling = asyncio.create_task(tell_start(f"http://127.0.0.1:{port}", write))
         try:
-            cloud = await stack.enter_async_context(CloudProcess(arguments=("--port", str(port))))
+            cloud = await stack.enter_async_context(CloudProcess(arguments=("--port", str(port), *arguments)))
         finally:
             telling.cancel()
             await asyncio.gather(telling, return_exceptions=True)

@@ -3,8 +3,9 @@
 import asyncio
 import contextlib
 import signal
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from rich.console import Console
 from rich.live import Live
@@ -49,15 +50,15 @@ def progress_table(missions: list[Mission]) -> Table:
     return table
 
 
-async def show(missions: list[Mission], console: Console) -> None:
-    """Show a live table on the terminal until cancelled."""
-    with Live(progress_table(missions), console=console, auto_refresh=False) as live:
+async def show(table: Callable[[], Table], console: Console) -> None:
+    """Show a table on the terminal, and keep it up to date until cancelled."""
+    with Live(table(), console=console, auto_refresh=False) as live:
         try:
             while True:
-                live.update(progress_table(missions), refresh=True)
+                live.update(table(), refresh=True)
                 await asyncio.sleep(PERIOD)
         finally:
-            live.update(progress_table(missions), refresh=True)
+            live.update(table(), refresh=True)
 
 
 RULES = GoalRules(shortest=0.2, preferred=0.25)
@@ -107,7 +108,7 @@ async def demonstrate(options: DemoOptions, cloud: CloudAccess) -> DemoReport:
     await register(rest, stage, options)
     began = monotonic()
     async with _simulated(stage, options):
-        await _run_missions(stage, cloud.url, login.token, options.keep_going)
+        await run_missions(stage.missions, cloud.url, login.token, options.keep_going)
     seconds = monotonic() - began
     return DemoReport(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
 
@@ -133,7 +134,7 @@ async def register(rest: RestClient, stage: DemoStage, options: DemoOptions) -> 
 async def _simulated(stage: DemoStage, options: DemoOptions) -> AsyncIterator[None]:
     tasks = [asyncio.create_task(Simulator(stage.world).run())]
     if options.console is not None:
-        tasks.append(asyncio.create_task(show(stage.missions, options.console)))
+        tasks.append(asyncio.create_task(show(partial(progress_table, stage.missions), options.console)))
     try:
         yield
     finally:
@@ -142,9 +143,10 @@ async def _simulated(stage: DemoStage, options: DemoOptions) -> AsyncIterator[No
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _run_missions(stage: DemoStage, url: str, token: str, keep_going: bool) -> None:
+async def run_missions(missions: Iterable[Mission], url: str, token: str, keep_going: bool) -> None:
+    """Drive all missions at once, with ``keep_going`` until Ctrl-C."""
     async with asyncio.TaskGroup() as group:
-        tasks = [group.create_task(m.run(url, token, keep_going=keep_going)) for m in stage.missions]
+        tasks = [group.create_task(m.run(url, token, keep_going=keep_going)) for m in missions]
         if keep_going:
             with on_interrupt(tasks):
                 await asyncio.wait(tasks)

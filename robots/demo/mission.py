@@ -10,14 +10,13 @@ from dataclasses import dataclass, field
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from robots.client.move_base import MoveBaseClient
+from robots.client.move_base import GoalOutcome, MoveBaseClient
 from robots.client.robot_client import RobotClient
 from robots.demo.options import Write, no_lines
 from robots.demo.report import RobotReport
-from robots.demo.scorer import Scorer
+from robots.demo.scorer import Scored, Scorer
 from robots.sim.courses import Course
 from robots.sim.driver import Driver
-from robots.sim.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -45,7 +44,7 @@ class Mission:
 
     Parameters
     ----------
-    world : World
+    world : World or SimulatedBuilding
         World that contains the robot.
     index : int
         Index of the robot in the world.
@@ -57,7 +56,7 @@ class Mission:
         Writes a line about each step of the robot; none is written by default.
     """
 
-    world: World
+    world: Scored
     index: int
     robot: str
     course: Course
@@ -113,7 +112,7 @@ class Mission:
 
     async def _go(self, move_base: MoveBaseClient, number: int, goal: Pose2D, timeout: float) -> None:
         self.progress.goal, self.progress.target, self.progress.state = number, goal, "driving"
-        outcome = await move_base.go(goal, timeout)
+        outcome = await self.go(move_base, number, goal, timeout)
         error = Scorer(self.world).error(self.index, goal)
         self.report.goals_asked = max(number, self.report.goals_asked)
         self.report.add_goal(outcome.reached, error, outcome.plan_seconds)
@@ -121,6 +120,10 @@ class Mission:
             self.write(f"{self.robot} has reached goal {number}, {error:.2f} m off")
         else:
             logger.warning("%s: goal %d: %s: %s", self.robot, number, outcome.status.name, outcome.text)
+
+    async def go(self, move_base: MoveBaseClient, number: int, goal: Pose2D, timeout: float) -> GoalOutcome:
+        """Send the robot to the goal of a number, from 1, and wait until that has ended, up to a time [s]."""
+        return await move_base.go(goal, timeout)
 
     def close(self) -> RobotReport:
         """Return the report, completed with the true distance and the contacts."""

@@ -148,6 +148,34 @@ class ExplorationReport(msgspec.Struct):
         ]
 
 
+class BuildingReport(DemoReport):
+    """Report of a demo in which robots are sent between the floors of a building.
+
+    Parameters
+    ----------
+    rides : int
+        Rides of robots in lifts.
+    lift_wait_mean_s, lift_wait_max_s : float
+        Time from the arrival of a robot before a lift until it was in the car [s]; 0 without a ride.
+    ride_mean_s : float
+        Time in the car [s]; 0 without a ride.
+    """
+
+    rides: int = 0
+    lift_wait_mean_s: float = 0.0
+    lift_wait_max_s: float = 0.0
+    ride_mean_s: float = 0.0
+
+    def lines(self) -> list[str]:
+        """Return a line for each robot, one about the lifts, and one about all."""
+        *robots, last = super().lines()
+        lifts = (
+            f"{self.rides} rides in lifts: {self.lift_wait_mean_s:.0f} s of waiting in the mean, at most "
+            f"{self.lift_wait_max_s:.0f} s; {self.ride_mean_s:.0f} s in the car"
+        )
+        return [*robots, lifts, last]
+
+
 def outcome(report: DemoReport | ExplorationReport) -> str:
     """Return the last line of a report."""
     return f"{'passed' if report.passed else 'failed'} in {report.seconds:.0f} s on map {report.map!r}"

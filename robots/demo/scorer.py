@@ -1,11 +1,21 @@
 """Scores: the robots' true poses against their goals, and the cells of a map against the true world."""
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridMap
-from robots.sim.world import World
+from robots.sim.contacts import ContactCounter
+from robots.sim.robot import SimulatedRobot
+
+
+class Scored(Protocol):
+    """World or building with robots, and with their contacts."""
+
+    robots: list[SimulatedRobot]
+    contacts: ContactCounter
 
 
 class Scorer:
@@ -13,11 +23,11 @@ class Scorer:
 
     Parameters
     ----------
-    world : World
+    world : World or SimulatedBuilding
         World with the robots, which are identified by index.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Scored) -> None:
         self._world = world
 
     def error(self, robot: int, goal: Pose2D) -> float:

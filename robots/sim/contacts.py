@@ -1,7 +1,7 @@
 """Contact counter: counts each contact of a robot once, however long it lasts and however often it flickers."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import pymunk
 
@@ -16,7 +16,7 @@ PERSON = -2
 
 
 class ContactCounter:
-    """Counts the contacts of each robot; checks all bodies after every step.
+    """Counts the contacts of each robot; checks their bodies after every step.
 
     All walls count as one object: a robot that slides from one wall rectangle to the next has one contact.
 
@@ -47,10 +47,10 @@ class ContactCounter:
         """Return the number of contacts of a robot with walls, robots and people."""
         return self.wall_contacts[robot] + self.robot_contacts[robot] + self.person_contacts[robot]
 
-    def update(self) -> None:
-        """Count the contacts that began in the last step."""
+    def update(self, bodies: Iterable[pymunk.Body]) -> None:
+        """Count the contacts of robots, given by their bodies, that began in the last step."""
         now = self._clock()
-        for robot, other in self._touching():
+        for robot, other in self._touching(bodies):
             before = self._last_touched.get((robot, other), float("-inf"))
             self._last_touched[robot, other] = now
             if now - before > SETTLE:
@@ -62,12 +62,12 @@ class ContactCounter:
     def _index(self, body: pymunk.Body) -> int:
         return PERSON if body in self._people else self._robots.get(body, WALL)
 
-    def _touching(self) -> set[tuple[int, int]]:
+    def _touching(self, bodies: Iterable[pymunk.Body]) -> set[tuple[int, int]]:
         found: set[tuple[int, int]] = set()
 
         def note(arbiter: pymunk.Arbiter, robot: int) -> None:
             found.update((robot, self._index(body)) for body in arbiter.bodies)
 
-        for body, robot in self._robots.items():
-            body.each_arbiter(note, robot)
+        for body in bodies:
+            body.each_arbiter(note, self._robots[body])
         return {(robot, other) for robot, other in found if robot != other}

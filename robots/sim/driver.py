@@ -8,9 +8,18 @@ from typing import Protocol
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.messages.base.std_msgs import Bool
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.sensor_msgs import BatteryState, CompressedImage
-from ppaas.nodes.topics import BATTERY_STATE, COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, TF_STATIC
+from ppaas.nodes.topics import (
+    BATTERY_STATE,
+    COMPRESSED_DEPTH_IMAGE,
+    DEPTH_CAMERA_INFO,
+    DEPTH_IMAGE,
+    LIFT,
+    LIFT_STATE,
+    TF_STATIC,
+)
 from ppaas.perception.compressed_depth import compress
 from robots.client.robot_client import RobotClient
 from robots.onboard.task_group import run_together
@@ -45,11 +54,28 @@ class SensorRates:
             )
 
 
+LIFT_PERIOD = 0.5
+"""Time between two reports of a lift [s]."""
+
+
 class MeasuredBattery(Protocol):
     """Battery of a robot."""
 
     def message(self, stamp: float) -> BatteryState:
         """Return the measured state."""
+        ...
+
+
+class Lift(Protocol):
+    """Lift of a robot."""
+
+    @property
+    def up(self) -> bool:
+        """Whether it is up."""
+        ...
+
+    def command(self, up: bool) -> None:
+        """Begin to move up or down."""
         ...
 
 
@@ -102,6 +128,8 @@ class Driver:
         Whether depth images are sent as ``compressedDepth``, in a fifth of the bytes.
     battery : MeasuredBattery, optional
         Battery of the robot, of which nothing is published without one.
+    lift : Lift, optional
+        Lift of the robot, likewise.
     """
 
     def __init__(
@@ -113,9 +141,10 @@ class Driver:
         *,
         compressed: bool = True,
         battery: MeasuredBattery | None = None,
+        lift: Lift | None = None,
     ) -> None:
         self._robot = robot
-        self._battery = battery
+        self._battery, self._lift = battery, lift
         self._client = client
         self._rates = rates or SensorRates()
         self._clock = clock
@@ -136,6 +165,8 @@ class Driver:
             tasks.append(self._photograph(self._robot.model.camera))
         if self._battery is not None:
             tasks.append(self._report(self._battery))
+        if self._lift is not None:
+            tasks.append(self._serve(self._lift))
         await run_together(*tasks)
 
     async def _measure(self) -> None:
@@ -157,6 +188,12 @@ class Driver:
                 stamp = self._robot.odometry().header.stamp.seconds()
                 await self._client.publish(BATTERY_STATE.name, battery.message(stamp), newest_only=True)
             await asyncio.sleep(max(due.next - self._clock(), 0.0))
+
+    async def _serve(self, lift: Lift) -> None:
+        await self._client.subscribe(LIFT.name, Bool, lambda wanted: lift.command(wanted.data))
+        while True:
+            await self._client.publish(LIFT_STATE.name, Bool(lift.up), newest_only=True)
+            await asyncio.sleep(LIFT_PERIOD)
 
     async def _photograph(self, camera: DepthCameraModel) -> None:
         await self._client.publish(TF_STATIC.name, camera.transforms(self._robot.model.base_frame))

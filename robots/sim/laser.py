@@ -103,6 +103,10 @@ class Laser:
         self._angles = model.angles
         self._rng = rng
 
+    def look_at(self, occupied: NDArray[np.bool_], info: GridInfo) -> None:
+        """Measure another map from now on."""
+        self._occupied, self._info = occupied, info
+
     def measure(self, pose: Pose2D, *others: Discs) -> NDArray[np.float64]:
         """Return the (beams,) measured ranges [m], infinite where nothing is in range.
 

@@ -84,9 +84,9 @@ class Turtlebot:
         self.body.angle = pose.theta
         self.body.velocity_func = self._turn_wheels
         self._last: tuple[float, float] = self.body.position
-        shape = pymunk.Circle(self.body, model.radius)
-        shape.friction = 0.4
-        space.add(self.body, shape)
+        self._shape = pymunk.Circle(self.body, model.radius)
+        self._shape.friction = 0.4
+        space.add(self.body, self._shape)
 
     @property
     def pose(self) -> Pose2D:
@@ -107,6 +107,13 @@ class Turtlebot:
         self.body.position = self._last = pose.x, pose.y
         self.body.angle = pose.theta
         self._space.reindex_shapes_for_body(self.body)
+
+    def enter(self, space: pymunk.Space, pose: Pose2D) -> None:
+        """Continue in another space, at a pose there, without its wheels or gyro measuring it."""
+        self._space.remove(self.body, self._shape)
+        self._space = space
+        space.add(self.body, self._shape)
+        self.carry_to(pose)
 
     def after_step(self) -> None:
         """Add the motion of the step to the distance travelled."""
@@ -237,6 +244,17 @@ class SimulatedRobot:
     def camera_info(self) -> CameraInfo:
         """Return the parameters of the depth camera."""
         return self.camera.info(self._world.stamp())
+
+    def enter(self, world: RobotSurroundings, space: pymunk.Space, pose: Pose2D) -> None:
+        """Continue in another world, at a pose there, without its wheels or gyro measuring it.
+
+        Both worlds have one time, by which commands expire.
+        """
+        self._world = world
+        self._laser.look_at(world.occupied, world.grid.info)
+        if self._camera is not None:
+            self._camera.look_at(world.occupied, world.grid.info)
+        self.base.enter(space, pose)
 
     def before_step(self) -> None:
         """Pass the current command to the wheels."""

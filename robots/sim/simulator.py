@@ -3,12 +3,28 @@
 import asyncio
 import math
 from collections.abc import Callable
+from typing import Protocol
 
 from ppaas.clock import Clock, epoch, monotonic
-from robots.sim.world import World
 
 BURST = 25
 """Largest number of steps taken at once to catch up, before other tasks run."""
+
+
+class Stepped(Protocol):
+    """What is simulated: a world, or a building."""
+
+    dt: float
+    steps: int
+    epoch: float
+
+    def time(self) -> float:
+        """Return the simulated time since the start [s]."""
+        ...
+
+    def step(self) -> None:
+        """Simulate one step."""
+        ...
 
 
 class Simulator:
@@ -18,8 +34,8 @@ class Simulator:
 
     Parameters
     ----------
-    world : World
-        World to step; its stamps start at the current time.
+    world : World or SimulatedBuilding
+        What is stepped; its stamps start at the current time.
     clock, stamp_clock : callable
         Monotonic time [s]; time since the epoch [s].
     after_step : callable, optional
@@ -28,7 +44,7 @@ class Simulator:
 
     def __init__(
         self,
-        world: World,
+        world: Stepped,
         clock: Clock = monotonic,
         stamp_clock: Clock = epoch,
         *,

@@ -8,6 +8,7 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.actors import Actor, Script
+from robots.sim.barrier import Barrier, Segment
 from robots.sim.bodies.figure import PersonFigure
 from robots.sim.bodies.furniture import Furniture
 from robots.sim.contacts import ContactCounter
@@ -17,41 +18,7 @@ from robots.sim.laser import Discs
 from robots.sim.pedestrian import PEOPLE, Pedestrian, PedestrianModel
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.shortest_paths import ShortestPaths
-
-
-def merge_rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Cover the occupied cells with disjoint rectangles.
-
-    Finds horizontal runs first; equal runs in consecutive rows are merged into one rectangle.
-
-    Parameters
-    ----------
-    occupied : (height, width) bool array
-        Row 0 is the lowest.
-
-    Returns
-    -------
-    (n, 4) int array
-        First column, first row, and the column and row after the last.
-    """
-    runs = _runs(occupied)
-    if not len(runs):
-        return np.empty((0, 4), np.int64)
-    row, first, last = runs[np.lexsort((runs[:, 0], runs[:, 2], runs[:, 1]))].T
-    begins = np.ones(len(row), bool)
-    begins[1:] = (np.diff(first) != 0) | (np.diff(last) != 0) | (np.diff(row) != 1)
-    start = np.flatnonzero(begins)
-    end = np.append(start[1:], len(row)) - 1
-    return np.stack((first[start], row[start], last[start], row[end] + 1), axis=1)
-
-
-def _runs(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return (n, 3) rows of: row, first column, column after the last."""
-    edges = np.diff(np.pad(occupied.astype(np.int8), ((0, 0), (1, 1))), axis=1)
-    row, first = np.nonzero(edges == 1)
-    _, last = np.nonzero(edges == -1)
-    return np.stack((row, first, last), axis=1).astype(np.int64)
-
+from robots.sim.walls import wall_of
 
 TURTLEBOT_HEIGHT = 0.42
 """Height of a Turtlebot [m]."""
@@ -72,10 +39,19 @@ class World:
         Stamp of the start [seconds since the epoch].
     bodies : bool
         Whether people have bodies: lasers see their two legs, and depth cameras the whole. Without, lasers see discs.
+    contacts : ContactCounter, optional
+        Counter that the floors of a building share; by default one for this world.
     """
 
     def __init__(
-        self, grid: GridMap, seed: int = 0, dt: float = 0.02, epoch: float = 0.0, bodies: bool = False
+        self,
+        grid: GridMap,
+        seed: int = 0,
+        dt: float = 0.02,
+        epoch: float = 0.0,
+        bodies: bool = False,
+        *,
+        contacts: ContactCounter | None = None,
     ) -> None:
         self.grid = grid
         self.dt = dt
@@ -85,6 +61,7 @@ class World:
         self.pedestrians: list[Pedestrian] = []
         self.furniture: list[Furniture] = []
         self.figures: list[PersonFigure] = []
+        self._legs: dict[int, list[pymunk.Circle]] = {}
         self.pedestrian_model = PedestrianModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
@@ -92,18 +69,8 @@ class World:
         self._drawn: tuple[int, Shapes] | None = None
         self._space = pymunk.Space()
         self._space.collision_slop = 0.001
-        self.contacts = ContactCounter(self.time)
-        self._build_walls()
-
-    def _build_walls(self) -> None:
-        info = self.grid.info
-        body = pymunk.Body(body_type=pymunk.Body.STATIC)
-        body.position = info.origin.x, info.origin.y
-        body.angle = info.origin.theta
-        corners = (merge_rectangles(self.occupied) * info.resolution).tolist()
-        shapes = [pymunk.Poly.create_box_bb(body, pymunk.BB(*box)) for box in corners]
-        for shape in shapes:
-            shape.friction = 0.4
+        self.contacts = ContactCounter(self.time) if contacts is None else contacts
+        body, shapes = wall_of(self.occupied, grid.info)
         self._space.add(body, *shapes)
 
     def time(self) -> float:
@@ -114,8 +81,17 @@ class World:
         """Return the stamp of the current time [seconds since the epoch]."""
         return self.epoch + self.time()
 
-    def add_robot(self, pose: Pose2D, model: SimulatedRobotModel | None = None) -> SimulatedRobot:
+    def add_robot(
+        self, pose: Pose2D, model: SimulatedRobotModel | None = None, number: int | None = None
+    ) -> SimulatedRobot:
         """Add a robot.
+
+        Parameters
+        ----------
+        pose : Pose2D
+        model : SimulatedRobotModel, optional
+        number : int, optional
+            Number of the robot, which its noise and its contacts depend on; by default its index in this world.
 
         Raises
         ------
@@ -124,12 +100,22 @@ class World:
         """
         if not pose.is_finite():
             raise InvalidInput(f"pose of a robot must be finite, not {tuple(pose)}")
-        index = len(self.robots)
+        index = len(self.robots) if number is None else number
         rng = np.random.default_rng((self._seed, index))
         robot = SimulatedRobot(self, self._space, pose, model or SimulatedRobotModel(), rng)
         self.contacts.watch(robot.base.body, index)
         self.robots.append(robot)
         return robot
+
+    def take_over(self, robot: SimulatedRobot, origin: "World", pose: Pose2D) -> None:
+        """Continue with a robot of another world, which has the same time and contacts, at a pose here."""
+        origin.robots.remove(robot)
+        robot.enter(self, self._space, pose)
+        self.robots.append(robot)
+
+    def add_barrier(self, ends: Segment) -> Barrier:
+        """Add what can close the line between two points, such as a door; it is open at first."""
+        return Barrier(self._space, self.occupied, self.grid.info, ends)
 
     def add_pedestrian(self, paths: ShortestPaths, pose: Pose2D) -> Pedestrian:
         """Add a pedestrian.
@@ -172,19 +158,33 @@ class World:
 
     def add_furniture(self, piece: Furniture) -> None:
         """Add a piece of furniture; robots that touch its legs touch a wall. It belongs before the first people."""
-        body = self._space.static_body
-        for x, y, radius in piece.discs:
-            shape = pymunk.Circle(body, radius, (x, y))
-            shape.friction = 0.4
-            # People walk around furniture by their paths, and sit down on it.
-            shape.filter = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ PEOPLE)
-            self._space.add(shape)
+        self._add_legs(piece, self._space.static_body)
         self.furniture.append(piece)
+
+    def move_furniture(self, piece: Furniture, moved: Furniture, carrier: SimulatedRobot | None = None) -> None:
+        """Put another piece of furniture in place of one: on the floor, or as a part of the robot that carries it."""
+        self._space.remove(*self._legs.pop(id(piece)))
+        self._add_legs(moved, self._space.static_body if carrier is None else carrier.base.body)
+        self.furniture = [moved if each is piece else each for each in self.furniture]
+
+    def _add_legs(self, piece: Furniture, body: pymunk.Body) -> None:
+        legs = [pymunk.Circle(body, radius, body.world_to_local((x, y))) for x, y, radius in piece.discs]
+        for leg in legs:
+            leg.friction = 0.4
+            # People walk around furniture by their paths, and sit down on it.
+            leg.filter = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ PEOPLE)
+        self._space.add(*legs)
+        self._legs[id(piece)] = legs
 
     def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
         """Return the true positions of the other robots and of the people, as discs."""
         robots = [tuple(other.base.body.position) for other in self.robots if other is not robot]
         return (_positions(robots), robot.model.base.radius), *self._people_discs(), *self._furniture_discs()
+
+    def moving(self) -> list[Discs]:
+        """Return the true positions of all robots and people, as discs."""
+        robots = [(_positions([tuple(robot.base.body.position)]), robot.model.base.radius) for robot in self.robots]
+        return [*robots, (self.people(), self.pedestrian_model.radius)]
 
     def _people_discs(self) -> list[Discs]:
         if not self._bodies:
@@ -216,7 +216,7 @@ class World:
         self._walk()
         self._space.step(self.dt)
         self.steps += 1
-        self.contacts.update()
+        self.contacts.update(robot.base.body for robot in self.robots)
         for robot in self.robots:
             robot.after_step(self.dt)
 

@@ -3,13 +3,14 @@
 The port follows the rules of ``storage.ports``.
 """
 
+from collections.abc import Iterable
 from typing import Protocol
 
 import msgspec
 from msgspec.structs import replace
 
 from ppaas.buildings.building import Building, json_of
-from ppaas.errors import Conflict, NotFound
+from ppaas.errors import Conflict, InvalidInput, NotFound
 
 MOST_FORMER = 50
 """Largest number of former versions of a building that are kept."""
@@ -139,3 +140,21 @@ class BuildingStore(Protocol):
             ``instead_of`` is given and differs from the stored record: another process changed it first.
         """
         ...
+
+
+def all_buildings(store: BuildingStore) -> list[BuildingRecord]:
+    """Return the buildings of all users; may block."""
+    return [record for user in store.building_users() for record in store.buildings(user)]
+
+
+def building_with_map(records: Iterable[BuildingRecord], user: str, map_id: str) -> BuildingRecord | None:
+    """Return the building that a map is a floor of, among those that a user may see, the user's own one first."""
+    for record in sorted(records, key=lambda record: (record.user != user, record.key)):
+        if record.readable_by(user) and record.building.floor_of_map(map_id) is not None:
+            return record
+    return None
+
+
+def no_building_of(map_id: str) -> InvalidInput:
+    """Return the error of a map that is no floor of a building."""
+    return InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")

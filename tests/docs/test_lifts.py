@@ -10,9 +10,12 @@ import pytest
 
 from endpoints.cli import device
 from engine.control.buildings import held_device
+from engine.control.fleet_events import BUILDING_EVENTS
+from engine.control.journeys import open_sites
 from engine.devices import base, http_json, modbus
 from engine.devices.json_states import door_order, lift_order, lift_state_of
 from engine.devices.opening import DEVICES
+from ppaas.buildings import faults
 from ppaas.buildings.doors import controller as doors
 from ppaas.buildings.doors.states import DOOR_MODES, DoorRequest
 from ppaas.buildings.lifts import attendant, car, schedule, simulated
@@ -94,5 +97,13 @@ def test_numbers_are_those_of_the_code() -> None:
         f"loses its place after {attendant.GONE:g} s",
         f"given up after {attendant.NO_RADIO:g} s",
         f"refused after {doors.NO_OPENING:g} s",
+        f"for {open_sites.LINGER:g} s after the last one ended",
+        f"the {open_sites.MOST_IDLE} that were used last",
+        f"in a fire mode for {faults.PATIENCE:g} s",
     ):
         assert said in text, said
+
+
+def test_all_events_are_listed() -> None:
+    listed = [name for row in table(PAGE, "event", "when") for name in re.findall(r"`([\w.]+)`", row[0])]
+    assert sorted(listed) == sorted(BUILDING_EVENTS)

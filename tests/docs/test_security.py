@@ -44,6 +44,7 @@ from storage.sharing_records import Share
 from storage.webhooks.records import Webhook, WebhookDelivery
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.fake_journeys import FakeJourneys
 from tests.support.endpoints.fuzzed_rest import operations
 from tests.support.endpoints.still_place import StillRobot
 from tests.support.endpoints.traffic import add_traffic
@@ -172,7 +173,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     services = Services(
         store, MemoryMapStore(), Accounts(store, passwords=passwords), cloud, recordings=kept, audit=audit,
         webhooks=Webhooks(store, FleetEvents(), TargetRules(), audit),
-        retention=Retention(Kept(store, audit, kept), audit, {}),
+        retention=Retention(Kept(store, audit, kept), audit, {}), journeys=FakeJourneys(),
     )  # fmt: skip
     tokens = {}
     for user in USERS.values():

@@ -57,7 +57,7 @@ def cloud(tmp_path_factory: pytest.TempPathFactory, rapyuta_port: int, foxglove_
     """Return a running cloud, stopped cleanly at the end."""
     folder: Path = tmp_path_factory.mktemp("cloud")
     ports = ("--rapyuta", str(rapyuta_port), "--foxglove", str(foxglove_port))
-    with running_cloud(folder, *ports) as running:
+    with running_cloud(folder, *ports, "--device-host", "127.0.0.1") as running:
         asyncio.run(_raise_oversubscription(running))
         yield running
 

@@ -105,6 +105,7 @@ async def test_nothing_is_grave_on_pages_and_their_forms(context: BrowserContext
             ("Tasks", ".task"),
             ("Events", "tr"),
             ("Maps", ".table th"),
+            ("Buildings", "label"),
             ("Recordings", "tbody td"),
             ("Robots", ".cards li"),
             ("Access", ".cards li"),

@@ -8,7 +8,9 @@ from benchmarks.fleet.stand_ins.robot import PERIOD, TURN_RATE, StandIn
 from engine.control.views import GoalState, GoalView
 from ppaas.buildings.building import Building
 from ppaas.buildings.layout import Place
+from ppaas.errors import NotFound
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse
 
 MOVES = 0.1
 """Time from the order to go on on another map until the clone is ready there [s]."""
@@ -104,6 +106,10 @@ class HotelRobot:
         await asyncio.sleep(MOVES)
         self.floor = floor.name
         self._disc = self._floors[floor.name].join(self.name, Pose2D(*pose))
+
+    async def find_floor(self, _request: FindFloorRequest) -> FindFloorResponse:
+        """Refuse: it has no scans to compare with maps."""
+        raise NotFound("laser", self.name)
 
     def leave(self) -> None:
         """Follow it no longer."""

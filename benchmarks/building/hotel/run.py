@@ -3,7 +3,7 @@
 import asyncio
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from random import Random
 
@@ -28,6 +28,7 @@ from ppaas.buildings.planning.times import Traveller
 from ppaas.buildings.riding.car_frame import carried, is_inside
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
+from ppaas.messages.fleet.floors import FloorPart
 
 SPEED = 0.5
 """Speed of robots [m/s]."""
@@ -168,7 +169,7 @@ class HotelRun:
 
     async def _run(self, watch: Callable[["HotelRun", float], None]) -> None:
         clock = asyncio.get_running_loop().time
-        hooks = SiteHooks(self._rider, self._plan, self._keep, self._changed)
+        hooks = SiteHooks(self._rider, self._plan, self._keep, self._changed, self._parts)
         self.site = JourneySite("hotel", self.house.layout, hooks, DeviceHosts(), kept=KeptJourneys(), clock=clock)
         if self._case.first_come:
             runner, layout = self.site.runner, self.house.layout
@@ -243,9 +244,10 @@ class HotelRun:
         robot.ended = ended
         return robot
 
-    async def _plan(self, journey: Journey, pose: Place, waits: Mapping[str, float]) -> list[JourneyLeg]:
+    async def _plan(self, journey: Journey, pose: Place) -> list[JourneyLeg]:
         planner = self.house.planner
-        times = planner.times(Traveller(speed=SPEED, avoid=frozenset(journey.avoid), waits=waits))
+        planner.state.expect(self.site.runner.waits())
+        times = planner.times(Traveller(speed=SPEED, avoid=frozenset(journey.avoid)))
         found = planner.plan(times, (journey.on, pose[0], pose[1]), (journey.floor, *journey.goal[:2]))
         if found is None:
             raise NoValidPath("there is no route")
@@ -259,6 +261,10 @@ class HotelRun:
 
     async def _keep(self, _journeys: Sequence[Journey], _rides: Sequence[LiftRide]) -> None:
         """Keep nothing: no process is killed here."""
+
+    async def _parts(self, _journey: Journey) -> dict[str, FloorPart]:
+        """Return no parts of maps: robots have no scans, and believe the lift."""
+        return {}
 
     def _changed(self, journey: Journey) -> None:
         name, now = journey.robot, asyncio.get_running_loop().time()

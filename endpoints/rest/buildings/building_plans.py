@@ -1,5 +1,6 @@
 """Routes of plans over the floors of a building, and of the times from each of many starts to each of many goals."""
 
+import logging
 import math
 from functools import partial
 from typing import Any
@@ -31,9 +32,12 @@ from engine.specs.containers import MapVersion
 from ppaas.buildings.planning.legs import Leg
 from ppaas.buildings.planning.sessions import Session
 from ppaas.buildings.planning.times import Traveller
-from ppaas.errors import InvalidBuilding, NotFound
+from ppaas.errors import InvalidBuilding, NotFound, PPaaSError
 from ppaas.plans.path_service import DEFAULT_TIMEOUT
+from storage.buildings.records import BuildingRecord
 from storage.records import User
+
+logger = logging.getLogger(__name__)
 
 router = APIRouter(prefix="/buildings/{building_id}", tags=["buildings"], route_class=StrictRoute)
 
@@ -98,8 +102,22 @@ async def _scene(
     robot = file.robot
     traveller = Traveller(robot.speed, robot.labels, robot.stairs, frozenset(file.avoid))
     reuse = file.reuse if isinstance(file, BuildingPlanFile) else True
-    scene = BuildingScene(layout, maps, traveller, closed, file.parameters, file.labels, timeout, reuse)
+    scene = BuildingScene(
+        layout, maps, traveller, closed, file.parameters, file.labels, timeout, reuse, await _waits(services, record)
+    )
     return scene, record.present.number
+
+
+async def _waits(services: Services, record: BuildingRecord) -> dict[tuple[str, str], float]:
+    """Return the waits for lifts that the master expects now; none if it does not say, and means are taken."""
+    if services.journeys is None:
+        return {}
+    try:
+        found = await services.journeys.lift_waits(*record.key)
+    except PPaaSError as error:
+        logger.info("a plan in building %s takes the mean waits for lifts: %s", record.id, error)
+        return {}
+    return {(wait.lift, wait.floor): wait.seconds for wait in found}
 
 
 def _spot(place: FloorPlace) -> BuildingSpot:

@@ -1,10 +1,13 @@
 """Checks of the contents of map files, which read no more of them than necessary."""
 
+import contextlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from endpoints.rest.maps.map_programs import CHECK_SECONDS, run_program
+from ppaas.errors import InvalidMap
 from ppaas.maps.formats.map_files import open_grid, read_info
+from ppaas.maps.georeference import anchor_of
 from ppaas.maps.grid import GridInfo
 from ppaas.zones.gate import check_on_map
 from ppaas.zones.reading import zones_of
@@ -16,22 +19,28 @@ if TYPE_CHECKING:
 
 _PART_CHECK = "endpoints.rest.maps.part_check"
 
-_NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
+_NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None, "georeference": None}
 
 
 def grid_of(buffers: Mapping[str, Buffer]) -> dict[str, Any]:
-    """Return resolution, size and origin of the grid; all are None if the map has no grid. Pixels are not read.
+    """Return resolution, size, origin and georeference of the grid; all None if the map has none. Pixels are not read.
 
     Raises
     ------
     InvalidMap
         The files are not a valid grid.
     """
-    return _grid_answer(read_info(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
+    if YAML not in buffers:
+        return _NO_GRID
+    record = bytes(buffers[YAML])
+    answer = _grid_answer(read_info(record, buffers[IMAGE]))
+    with contextlib.suppress(InvalidMap):  # map_server and Nav2 ignore the key: a map with a wrong one is usable
+        answer["georeference"] = _georeference(record)
+    return answer
 
 
 def check_contents(upload: StagedUpload) -> dict[str, Any]:
-    """Check that the uploaded files are valid map files; return the same as ``grid_of``, and `warnings` on zones.
+    """Check that the uploaded files are valid map files; return the same as ``grid_of``, and `warnings`.
 
     Raises
     ------
@@ -47,15 +56,27 @@ def check_contents(upload: StagedUpload) -> dict[str, Any]:
             _check_part(upload, part)
     if YAML not in upload.files:
         return _NO_GRID
-    grid = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
+    record = bytes(upload.buffer(YAML))
+    grid = open_grid(record, upload.buffer(IMAGE))
     grid.check()
+    answer, warnings = _grid_answer(grid.info), list[str]()
+    try:
+        answer["georeference"] = _georeference(record)
+    except InvalidMap as error:
+        warnings.append(f"{error}; the map is kept without one")
     if ZONES in upload.files:
-        return _grid_answer(grid.info) | {"warnings": check_on_map(zones_of(bytes(upload.buffer(ZONES))), grid.info)}
-    return _grid_answer(grid.info)
+        warnings += check_on_map(zones_of(bytes(upload.buffer(ZONES))), grid.info)
+    return answer | {"warnings": warnings}
 
 
 def _grid_answer(info: GridInfo) -> dict[str, Any]:
-    return {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": list(info.origin)}
+    origin = list(info.origin)
+    return _NO_GRID | {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": origin}
+
+
+def _georeference(record: bytes) -> list[float] | None:
+    anchor = anchor_of(record)
+    return None if anchor is None else [anchor.latitude, anchor.longitude, anchor.yaw]
 
 
 def _check_part(upload: StagedUpload, part: str) -> None:

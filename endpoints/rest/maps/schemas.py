@@ -81,10 +81,14 @@ class MapAnswer(MapSummary):
     width: int | None = Field(description="Number of cells along x")
     height: int | None = Field(description="Number of cells along y")
     origin: Triple | None = Field(description="Pose of the lower left corner of its grid: x [m], y [m], yaw [rad]")
+    georeference: Triple | None = Field(
+        description="Where the map's origin is: latitude and longitude [°], and the yaw of its x axis from east [rad]"
+    )
 
 
 Warnings = Annotated[
-    list[str], Field(description="What was mended in the zones that were sent, and what may be wrong in them")
+    list[str],
+    Field(description="What was mended in the zones that were sent, and what may be wrong in them or in the YAML"),
 ]
 
 

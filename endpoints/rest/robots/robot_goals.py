@@ -14,7 +14,7 @@ from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, trip
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
 from endpoints.sharing.shared_robots import ReachedRobot
-from engine.control.journeys.calls import JOURNEY, JourneyCalls
+from engine.control.journeys.calls import ON_FLOORS, JourneyCalls
 from engine.control.views import GoalState, GoalView
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
@@ -118,7 +118,7 @@ async def _on_floors(robot: ReachedRobot, services: Services) -> list[GoalView]:
 @router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(403, 404))
 async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalView:
     """Show a goal."""
-    if goal_id.startswith(JOURNEY):
+    if goal_id.startswith(ON_FLOORS):
         found = (goal for goal in await _on_floors(robot, services) if goal.id == goal_id)
         goal = next(found, None)
         if goal is None:
@@ -133,7 +133,7 @@ async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalV
 async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
     robot.access.check_goal(MOVE_BASE)
-    if goal_id.startswith(JOURNEY):
+    if goal_id.startswith(ON_FLOORS):
         return await _journeys(services).cancel_journey(robot.user, robot.id, goal_id)
     return await services.cloud.robots.cancel_goal(robot.user, robot.id, goal_id)
 

@@ -10,7 +10,7 @@ from engine.control.views import ReportedRobot
 from engine.rights.access import Access
 from engine.specs.robot_report import StateReport
 from ppaas.clock import epoch
-from ppaas.docking.watch import DOCKED
+from ppaas.docking.watch import is_well
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.nodes import topics
 
@@ -116,9 +116,9 @@ def _task(report: StateReport, state: PresentState, stopped: str | None) -> str:
 
 
 def _at_dock(report: StateReport) -> str:
-    """Return at which dock a robot without a goal stands; empty if it is not docked, or not charged there."""
+    """Return at which dock a robot without a goal stands, or what it carries; empty if neither, or not charged."""
     stands = report.goal is None or report.goal in _ENDS
-    return report.docked[0].upper() + report.docked[1:] if stands and report.docked.startswith(DOCKED) else ""
+    return report.docked[0].upper() + report.docked[1:] if stands and is_well(report.docked) else ""
 
 
 def _without_reason(report: StateReport) -> str:
@@ -132,4 +132,4 @@ def _without_reason(report: StateReport) -> str:
 def _error(report: StateReport) -> str:
     if report.goal in _ERRORS:
         return report.goal_text or f"Goal: {_ERRORS[report.goal]}"
-    return report.docked if report.docked and not report.docked.startswith(DOCKED) else report.localization
+    return report.docked if report.docked and not is_well(report.docked) else report.localization

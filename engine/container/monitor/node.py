@@ -107,6 +107,7 @@ class NodeMonitorNode(Node):
         self._round_trips = History()
         self._leases = 0
         self.logs = LeasedLogs()
+        self._kept: tuple[str, set[str]] = "", set()
         self._records = {node: HomeRecord() for node in switch.nodes()}
         self._takers: dict[str, Callable[[Message], Message]] = {
             "list_nodes": lambda _: self._homes(),
@@ -157,6 +158,10 @@ class NodeMonitorNode(Node):
             verdict = asked("cloud")
         elif wanted.home == "robot" and self._may_be_taken(wanted.node):
             verdict = asked("robot")
+        reason, kept = self._kept
+        if reason and verdict.home == "robot":
+            kept.add(wanted.node)
+            verdict = verdict._replace(home="cloud", reasons=(reason,))
         record.wanted, record.score, record.reasons = verdict
         self._publish_homes()
         return self._home_of(wanted.node)
@@ -291,6 +296,19 @@ class NodeMonitorNode(Node):
                 lease, record.lease = record.lease, None
                 logger.info("%s continues in the cloud until the robot takes it again: %s", node, reason)
                 self._put_in(node, lease)
+        self._publish_homes()
+
+    def keep_here(self, reason: str) -> None:
+        """Run all nodes in the cloud for a reason; without one, let the robot take again those that it ran before."""
+        if reason:
+            self.recall(reason)
+            held = {node for node, record in self._records.items() if record.wanted == "robot"}
+            self._kept = reason, self._kept[1] | held
+        else:
+            held, self._kept = self._kept[1], ("", set())
+        for node in held:
+            self._records[node].wanted = "cloud" if reason else "robot"
+            self._records[node].reasons = (reason or "the reason why it was kept in the cloud has ended",)
         self._publish_homes()
 
     def _take_back(self, node: str, failure: str) -> None:

@@ -56,6 +56,10 @@ class ContainerMonitor:
         """Continue all nodes that run on the robot here; the robot may take them again at once."""
         self._node.recall(reason)
 
+    def keep_here(self, reason: str) -> None:
+        """Run all nodes here for a reason; without one, let the robot take again those that it ran before."""
+        self._node.keep_here(reason)
+
     @property
     def logs(self) -> LeasedLogs:
         """Logs of the nodes that the robot runs."""

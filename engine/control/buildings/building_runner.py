@@ -12,6 +12,7 @@ from engine.devices.hosts import DeviceHosts
 from engine.devices.opening import open_door, open_lift
 from ppaas.buildings.doors.controller import DoorController, DoorKey
 from ppaas.buildings.doors.states import DoorAlert, DoorOrder, DoorRequest, DoorState, Pass
+from ppaas.buildings.faults import FaultChange, FaultWatch, PartName
 from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.lifts.attendant import MayLeave
 from ppaas.buildings.lifts.controller import LiftController
@@ -41,10 +42,9 @@ TICK = 0.25
 STORE_PAUSE = 1.0
 """Pause before a record that could not be stored is stored again [s]."""
 
-NO_SERVICE = 3600.0
-"""Wait for which a lift counts that serves no robots now [s]: other ways come first."""
-
 RobotOrder = Board | Alight | Pass | Wait | Refuse
+
+BuildingAlert = LiftAlert | DoorAlert | FaultChange
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class BuildingHooks:
     connected : callable
         Returns the robots that are connected.
     alert : callable
-        Called with what people must look at, after the log has it as a warning.
+        Called with what people must look at, and with lifts and doors that have a fault or serve again, after the log.
     may_leave : MayLeave
         Called with a lift and a floor; returns whether the lobby has room for a robot that leaves the car.
     """
@@ -68,7 +68,7 @@ class BuildingHooks:
     obey: Callable[[RobotOrder], None]
     store: Callable[[StoreRide | RemoveRide], Awaitable[None]]
     connected: Callable[[], Collection[str]]
-    alert: Callable[[LiftAlert | DoorAlert], None] = lambda _alert: None
+    alert: Callable[[BuildingAlert], None] = lambda _alert: None
     may_leave: MayLeave = lambda _lift, _floor: True
 
 
@@ -108,7 +108,8 @@ class BuildingRunner:
         self._hooks = hooks
         self._now = steady_epoch() if clock is None else clock
         self._faults: list[str] = []
-        self._orders: asyncio.Queue[StoreRide | RemoveRide | RobotOrder | LiftAlert | DoorAlert] = asyncio.Queue()
+        self._orders: asyncio.Queue[StoreRide | RemoveRide | RobotOrder | BuildingAlert] = asyncio.Queue()
+        self._watch = FaultWatch()
         stops = {lift: [place.floor for place in places] for lift, places in layout.landings.items()}
         self._lift_devices = self._open_lifts(layout, stops, hosts)
         self._door_devices = self._open_doors(layout, hosts)
@@ -183,22 +184,27 @@ class BuildingRunner:
 
     # -- what is known -------------------------------------------------------------------------------------------------
 
-    def waits(self, floor: str) -> dict[str, float]:
-        """Return about how long a robot waits at a floor for each lift [s]; `NO_SERVICE` if it serves no robots."""
-        return {lift: min(self.lifts.estimate(lift, floor, self._now()), NO_SERVICE) for lift in self.lifts.cars}
-
     def out_of_order(self) -> dict[str, str]:
         """Return the lifts that are out of order, each with what it reports."""
         now = self._now()
         return {lift: car.fault(now) for lift, car in self.lifts.cars.items() if car.is_out_of_order(now)}
+
+    def waits(self) -> dict[tuple[str, str], float]:
+        """Return about how long a robot would wait for each lift at each floor [s]; see ``LiftController.waits``."""
+        return self.lifts.waits(self._now())
+
+    @property
+    def has_heard_all(self) -> bool:
+        """Whether each lift and each door has reported a state."""
+        return None not in {*(car.state for car in self.lifts.cars.values()), *self.doors.states.values()}
 
     def view(self) -> BuildingView:
         """Return the state of lifts and doors."""
         return BuildingView(
             [self._lift_view(lift) for lift in self.lifts.cars],
             [
-                DoorView(*key, "unknown" if state is None else state.mode, list(self.doors.robots_at(key)))
-                for key, state in self.doors.states.items()
+                DoorView(*key, "unknown" if state is None else state.mode, list(self.doors.robots_at(key)), fault)
+                for (key, state), fault in zip(self.doors.states.items(), self._door_faults(), strict=True)
             ],
             list(self._faults),
         )
@@ -212,6 +218,17 @@ class BuildingRunner:
         ]
         fault, target = car.fault(self._now()), self.lifts.target(lift)
         return LiftView(lift, fault, state.floor, target, state.door, state.motion, state.mode, state.session, rides)
+
+    def _door_faults(self) -> list[str]:
+        return [self.doors.fault(key, self._now()) for key in self.doors.states]
+
+    def _watch_faults(self) -> None:
+        """Report lifts and doors that have a fault, and those that serve again."""
+        now = self._now()
+        lifts = {PartName("lift", lift): car.disorder(now) for lift, car in self.lifts.cars.items()}
+        keys = (PartName("door", door, floor) for floor, door in self.doors.states)
+        for change in self._watch.look({**lifts, **dict(zip(keys, self._door_faults(), strict=True))}, now):
+            self._orders.put_nowait(change)
 
     # -- run -----------------------------------------------------------------------------------------------------------
 
@@ -229,17 +246,19 @@ class BuildingRunner:
             await asyncio.gather(*self._let_go())
 
     def _let_go(self) -> list[Awaitable[None]]:
-        """Return the last orders to the devices in which no robot is."""
+        """Return the last orders to the devices in which no robot is; a door that had no order gets none."""
         idle = {lift: car for lift, car in self.lifts.cars.items() if not car.aboard}
         last = [self._lift_devices[lift].send_now(EndSession(lift, car.session)) for lift, car in idle.items()]
         doors = [key for key, state in self.doors.states.items() if state is not None and not self.doors.robots_at(key)]
-        return [*last, *(self._door_devices[key].send_now(self.doors.closing(key)) for key in doors)]
+        ordered = (key for key in doors if self._door_devices[key].was_ordered)
+        return [*last, *(self._door_devices[key].send_now(self.doors.closing(key)) for key in ordered)]
 
     async def _tick(self) -> None:
         while True:
             robots = self._hooks.connected()
             self._take(self.lifts.robots_seen(robots, self._now()))
             self._take(self.doors.robots_seen(robots, self._now()))
+            self._watch_faults()
             await asyncio.sleep(TICK)
 
     def _see_lift(self, state: LiftState) -> None:
@@ -263,8 +282,8 @@ class BuildingRunner:
             order = await self._orders.get()
             if isinstance(order, StoreRide | RemoveRide):
                 await self._store(order)
-            elif isinstance(order, LiftAlert | DoorAlert):
-                logger.warning("%s", order.text)
+            elif isinstance(order, LiftAlert | DoorAlert | FaultChange):
+                logger.warning("%s", order.sentence if isinstance(order, FaultChange) else order.text)
                 self._hooks.alert(order)
             else:
                 self._hooks.obey(order)

@@ -38,6 +38,11 @@ class HeldDevice(Generic[OrderT]):
         self._newest: OrderT | None = None
         self._filled = asyncio.Event()
 
+    @property
+    def was_ordered(self) -> bool:
+        """Whether it was given an order."""
+        return self._newest is not None
+
     def order(self, order: OrderT) -> None:
         """Send an order soon."""
         self._newest = order

@@ -61,12 +61,15 @@ class DoorView(msgspec.Struct, frozen=True):
         ``unknown`` before the first report.
     robots : list of str
         Robots for which it is held open.
+    fault : str
+        Why it opens for nobody now; empty if it does.
     """
 
     floor: str
     door: str
     mode: DoorMode
     robots: list[str]
+    fault: str = ""
 
 
 class BuildingView(msgspec.Struct, frozen=True):

@@ -3,17 +3,24 @@
 import asyncio
 import contextlib
 import logging
+import math
 import secrets
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from engine.control.buildings.building_runner import BuildingAlert
+from engine.control.journeys.building_index import BuildingIndex
 from engine.control.journeys.calls import JOURNEY
+from engine.control.journeys.floor_parts import FloorParts
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
-from engine.control.journeys.site import JourneySite, Rider, SiteHooks
+from engine.control.journeys.open_sites import OpenSites
+from engine.control.journeys.rider import Rider
+from engine.control.journeys.site import JourneySite, SiteHooks
+from engine.control.journeys.travellers import traveller_of
+from engine.control.journeys.views import LiftWait, SiteView
 from engine.control.master_driver import MasterDriver
 from engine.control.planning.building_requests import BuildingScene, BuildingSpot, KeptLengths
 from engine.control.planning.buildings import BuildingPlanning
@@ -24,20 +31,24 @@ from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.links.place_link import PlaceLink
 from engine.master.places import robot_key
-from engine.processes.background import cancel_all
-from engine.specs.containers import MapVersion
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
-from ppaas.buildings.layout import BuildingLayout, Place, layout_of
+from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide
 from ppaas.buildings.planning.times import Traveller
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidUrdf, MessageTooLarge, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
-from storage.buildings.records import BuildingRecord
+from ppaas.messages import decode, encode
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.nodes.amcl.floor_service import FIND_FLOOR
+from ppaas.robot_model.describe import describe
+from storage.buildings.records import BuildingRecord, all_buildings, no_building_of
 from storage.ports import MapStore, Store
-from storage.versions import ZONES
 
 logger = logging.getLogger(__name__)
+
+ANSWER = 2.0
+"""Time in which a clone answers what needs no scans [s]."""
 
 KEPT = 100
 """Number of journeys of a robot that are remembered, also after their end."""
@@ -115,6 +126,14 @@ class RidingRobot:
         await asyncio.to_thread(self._store_move, map_id, pose)
         await self._sessions.moved(self._user, self._robot)
 
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        """Ask its clone on which floor it is."""
+        client = self._joined()
+        if client is None:
+            raise Unavailable(f"robot {self._robot!r} has no container")
+        within = ANSWER + (request.timeout if request.floors else 0.0)
+        return decode(FindFloorResponse, await client.place.call(FIND_FLOOR.name, encode(request), within))
+
     def _store_move(self, map_id: str, pose: Place) -> None:
         record = self._store.robot(self._user, self._robot)
         if record.map != map_id:
@@ -137,14 +156,6 @@ class RidingRobot:
         return self._client
 
 
-class _OpenSite(NamedTuple):
-    """Site of a building, its task, and the versions of building and maps that it was opened with."""
-
-    site: JourneySite
-    running: asyncio.Task[None]
-    version: tuple[object, ...]
-
-
 class JourneyLeader:
     """Leads journeys in all buildings until cancelled; implements ``JourneyCalls``.
 
@@ -155,7 +166,7 @@ class JourneyLeader:
     store : Store
         Has buildings, robots, and stored journeys.
     map_store : MapStore
-        Has the zones of floors.
+        Has the maps of floors, and their zones.
     planning : Planning
         Plans paths on floors.
     hosts : DeviceHosts
@@ -174,37 +185,43 @@ class JourneyLeader:
         clock: Clock = epoch,
     ) -> None:
         self._driver, self._sessions = driver, sessions
-        self._store, self._map_store, self._clock = store, map_store, clock
+        self._store, self._clock = store, clock
         self._hosts = DeviceHosts() if hosts is None else hosts
         self._planning = BuildingPlanning(planning, KeptLengths())
-        self._sites: dict[tuple[str, str], _OpenSite] = {}
+        self._sites = OpenSites(map_store, lambda key: kept_journeys(store, *key), self._made)
+        self._buildings = BuildingIndex(store)
         self._known: defaultdict[str, dict[str, Journey]] = defaultdict(dict)
-        self._opening = asyncio.Lock()
+        self._parts = FloorParts(map_store)
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
     async def run(self) -> None:
         """Go on with stored journeys, and lead all until cancelled."""
         try:
-            for record, kept in await asyncio.to_thread(self._stored):
+            for record in await asyncio.to_thread(self._stored):
                 try:
-                    await self._site(record, kept)
+                    await self._sites.site(record)
                 except PPaaSError as error:
                     logger.error("the journeys in building %s do not go on: %s", record.id, error)
-            await asyncio.Event().wait()
+            await self._sites.run()
         finally:
-            await cancel_all([known.running for known in self._sites.values()])
+            await self._sites.close()
 
-    def _stored(self) -> list[tuple[BuildingRecord, KeptJourneys]]:
-        records = (record for user in self._store.building_users() for record in self._store.buildings(user))
-        found = ((record, kept_journeys(self._store, *record.key)) for record in records)
-        return [(record, kept) for record, kept in found if kept.journeys or kept.rides]
+    def _stored(self) -> list[BuildingRecord]:
+        found = ((record, kept_journeys(self._store, *record.key)) for record in all_buildings(self._store))
+        return [record for record, kept in found if kept.journeys or kept.rides]
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 
     async def send_to_floor(self, user: str, robot: str, floor: str, pose: Pose2D) -> GoalView:
         """Send a connected robot to a pose on a floor; see ``JourneyCalls.send_to_floor``."""
+        return view_of(await self.lead(user, robot, floor, pose))
+
+    async def lead(self, user: str, robot: str, floor: str, pose: Pose2D, *, goal_id: str = "") -> Journey:
+        """Send a connected robot to a pose on a floor; see ``TaskJourneys.lead``."""
         key = robot_key(user, robot)
+        if goal_id in self._known[key]:
+            return self._known[key][goal_id]
         request = self._driver.request_of(key)
         if request is None or not self._driver.presence.is_here(key):
             raise Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")
@@ -212,18 +229,20 @@ class JourneyLeader:
         here = record.building.floor_of_map(request.map.id)
         assert here is not None, "it was found by this map"
         before = next((each for each in self._known[key].values() if each.state == "active"), None)
-        site = await self._site(record)
+        site = await self._sites.site(record)
+        if goal_id in self._known[key]:  # a stored one, which goes on
+            return self._known[key][goal_id]
         site.building.floor(floor)
         if before is not None:
             self._check_may_go(before)
             site.cancel(before)
         journey = Journey(
-            id=f"{JOURNEY}{secrets.token_hex(6)}", user=user, robot=robot, building=record.id, floor=floor,
-            goal=(pose.x, pose.y, pose.theta), on=here.name, since=self._clock(),
+            id=goal_id or f"{JOURNEY}{secrets.token_hex(6)}", user=user, robot=robot, building=record.id,
+            floor=floor, goal=(pose.x, pose.y, pose.theta), on=here.name, since=self._clock(),
         )  # fmt: skip
         self._changed(journey)
         site.begin(journey)
-        return view_of(journey)
+        return journey
 
     @staticmethod
     def _check_may_go(journey: Journey) -> None:
@@ -232,7 +251,11 @@ class JourneyLeader:
 
     async def journeys(self, user: str, robot: str) -> list[GoalView]:
         """Return the goals on floors that a robot was sent to, oldest first."""
-        return [view_of(journey) for journey in self._known[robot_key(user, robot)].values()]
+        return list(map(view_of, self.of_robot(user, robot)))
+
+    def of_robot(self, user: str, robot: str) -> list[Journey]:
+        """Return the journeys of a robot that are remembered, oldest first."""
+        return list(self._known[robot_key(user, robot)].values())
 
     async def cancel_journey(self, user: str, robot: str, goal_id: str) -> GoalView:
         """Cancel a goal on a floor; see ``JourneyCalls.cancel_journey``."""
@@ -241,46 +264,51 @@ class JourneyLeader:
             raise NotFound("goal", goal_id[:64])
         if journey.state != "active":
             raise Conflict(f"goal {goal_id!r} has ended: {journey.state}")
-        for known in self._sites.values():
-            journey = known.site.cancel(journey)
+        for site in self._sites:
+            journey = site.cancel(journey)
         return view_of(journey)
+
+    async def times(
+        self, user: str, map_id: str, starts: Sequence[BuildingSpot], goals: Sequence[BuildingSpot]
+    ) -> list[list[float | None]]:
+        """Return the times in the building of a map, without lifts that serve nobody; see ``TaskJourneys.times``."""
+        record = await asyncio.to_thread(self._building_of, user, map_id)
+        scene = await self._scene(record, (await self._sites.site(record)).layout, Traveller())
+        seconds = await self._planning.costs(user, scene, starts, goals)
+        return [[each if math.isfinite(each) else None for each in row] for row in seconds.tolist()]
 
     # -- buildings -----------------------------------------------------------------------------------------------------
 
+    async def building_state(self, owner: str, building: str) -> SiteView:
+        """Return the state of a building; see ``JourneyCalls.building_state``."""
+        record = await asyncio.to_thread(self._store.building, owner, building)
+        return await (await self._sites.look(record)).view()
+
+    async def lift_waits(self, owner: str, building: str) -> list[LiftWait]:
+        """Return the waits for lifts; see ``JourneyCalls.lift_waits``."""
+        site = self._sites.get((owner, building))
+        return [] if site is None else site.waits
+
     def _building_of(self, user: str, map_id: str) -> BuildingRecord:
-        """Return the building that a map is a floor of, the user's own one first; may block."""
-        owners = sorted(self._store.building_users(), key=lambda owner: owner != user)
-        for record in (each for owner in owners for each in self._store.buildings(owner)):
-            if record.readable_by(user) and record.building.floor_of_map(map_id) is not None:
-                return record
-        raise InvalidInput(f"map {map_id!r} is no floor of a building of yours: put one with 'ppaas building'")
+        """Return the building that a map is a floor of; may block."""
+        found = self._buildings.with_floor(user, map_id)
+        if found is None:
+            raise no_building_of(map_id)
+        return found
 
-    async def _site(self, record: BuildingRecord, kept: KeptJourneys | None = None) -> JourneySite:
-        """Return the site of a building; one where nobody travels is opened again if building or maps were changed."""
-        async with self._opening:
-            version = record.present.number, *(await asyncio.to_thread(self._heads, record)).values()
-            known = self._sites.get(record.key)
-            if known is not None and (known.version == version or not known.site.is_idle):
-                return known.site
-            layout = await asyncio.to_thread(self._layout, record)
-            if known is not None:
-                known.running.cancel()
-                await asyncio.gather(known.running, return_exceptions=True)
-            plan, keep = partial(self._plan, record, layout), partial(self._keep, record.key)
-            hooks = SiteHooks(self._rider, plan, keep, self._changed)
-            site = JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept or KeptJourneys())
-            self._sites[record.key] = _OpenSite(site, asyncio.create_task(site.run()), version)
-            return site
+    def _made(self, record: BuildingRecord, layout: BuildingLayout, kept: KeptJourneys) -> JourneySite:
+        """Return a site of a building."""
+        hooks = SiteHooks(
+            self._rider, partial(self._plan, record, layout), partial(self._keep, record.key), self._changed,
+            partial(self._parts_of, layout), partial(self._alerted, record), self._driver.counts.lift_waits.add,
+        )  # fmt: skip
+        return JourneySite("/".join(record.key), layout, hooks, self._hosts, kept=kept)
 
-    def _layout(self, record: BuildingRecord) -> BuildingLayout:
-        zones = {}
-        for floor in record.building.floors:
-            with (
-                contextlib.suppress(NotFound),
-                self._map_store.open_map(floor.map, only=(ZONES,)) as opened,
-            ):
-                zones[floor.name] = opened.zones()
-        return layout_of(record.building, zones)
+    def _alerted(self, record: BuildingRecord, alert: BuildingAlert) -> None:
+        self._driver.events.building_alerted(record.key, record.building, alert)
+
+    async def _parts_of(self, layout: BuildingLayout, journey: Journey) -> dict[str, FloorPart]:
+        return await asyncio.to_thread(self._parts.of, journey, layout)
 
     def _rider(self, journey: Journey, ended: Callable[[GoalView], None]) -> Rider:
         return RidingRobot(self._driver, self._sessions, self._store, journey, ended)
@@ -295,10 +323,10 @@ class JourneyLeader:
             del known[next(iter(known))]
 
     async def _plan(
-        self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place, waits: Mapping[str, float]
+        self, record: BuildingRecord, layout: BuildingLayout, journey: Journey, pose: Place
     ) -> list[JourneyLeg]:
-        heads = await asyncio.to_thread(self._heads, record)
-        scene = BuildingScene(layout, heads, Traveller(avoid=frozenset(journey.avoid), waits=waits))
+        traveller = await asyncio.to_thread(self._traveller, journey)
+        scene = await self._scene(record, layout, traveller)
         start, goal = BuildingSpot(journey.on, *pose), BuildingSpot(journey.floor, *journey.goal)
         [route, *_] = await self._planning.plan(journey.user, scene, start, goal)
         return [
@@ -309,14 +337,17 @@ class JourneyLeader:
             for leg in route.legs
         ]  # fmt: skip
 
-    def _heads(self, record: BuildingRecord) -> dict[str, MapVersion]:
-        """Return the current versions of the maps of floors; may block."""
-        found = {}
-        for floor in record.building.floors:
-            with contextlib.suppress(NotFound):
-                head = self._map_store.map_head(floor.map)
-                found[floor.name] = MapVersion(head.id, head.version)
-        return found
+    async def _scene(self, record: BuildingRecord, layout: BuildingLayout, traveller: Traveller) -> BuildingScene:
+        """Return a building with the waits for its lifts that are expected now, where they are known."""
+        site, heads = self._sites.get(record.key), await asyncio.to_thread(self._sites.heads, record)
+        return BuildingScene(layout, heads, traveller, waits={} if site is None else site.runner.waits())
+
+    def _traveller(self, journey: Journey) -> Traveller:
+        """Return what the robot of a journey can do; may block."""
+        urdf = None
+        with contextlib.suppress(NotFound, InvalidUrdf, MessageTooLarge):  # without one, the body is its model's
+            urdf = describe(self._store.urdf(journey.user, journey.robot))
+        return traveller_of(self._store.robot(journey.user, journey.robot), urdf, journey.avoid)
 
 
 def view_of(journey: Journey) -> GoalView:

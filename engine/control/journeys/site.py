@@ -2,12 +2,21 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Mapping
+from collections import deque
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
-from engine.control.buildings.building_runner import BuildingHooks, BuildingRunner, RobotOrder, steady_epoch
+from engine.control.buildings.building_runner import (
+    BuildingAlert,
+    BuildingHooks,
+    BuildingRunner,
+    RobotOrder,
+    steady_epoch,
+)
+from engine.control.journeys.floor_parts import floor_request
 from engine.control.journeys.kept import KeptJourneys
+from engine.control.journeys.rider import Rider
+from engine.control.journeys.views import JourneyView, LiftWait, SiteView
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
 from engine.processes.background import Background
@@ -27,55 +36,28 @@ from ppaas.buildings.journeys.records import (
     JourneyOrder,
     Keep,
     LeftCar,
+    LookForFloor,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, Place
 from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
 from ppaas.clock import Clock
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.messages.fleet.floors import FindFloorRequest, FloorPart
 
 logger = logging.getLogger(__name__)
 
 TICK = 0.2
 """Time between two looks at the robots [s]."""
 
+FIRST_REPORTS = 2.0
+"""Time for which who looks at a site that was just opened waits for the first reports of its devices [s]."""
+
+ENDED = 20
+"""Number of journeys that have ended that a site remembers."""
+
 PAUSE = 0.5
 """Time after which an order that could not be obeyed is tried again [s]."""
-
-
-class Rider(Protocol):
-    """Robot on a journey, as a site reaches it."""
-
-    @property
-    def is_here(self) -> bool:
-        """Whether the robot is connected, and has a container."""
-        ...
-
-    @property
-    def map(self) -> str:
-        """Map that its container is on; empty while it has none that is ready."""
-        ...
-
-    @property
-    def pose(self) -> Place | None:
-        """Its pose on that map; None if it is not known, or not any more."""
-        ...
-
-    def send(self, goal_id: str, pose: Place) -> None:
-        """Send a goal, unless one of that id was sent."""
-        ...
-
-    def cancel(self, goal_id: str) -> None:
-        """Cancel a goal."""
-        ...
-
-    async def change_map(self, map_id: str, pose: Place) -> None:
-        """Let its clone go on on another map."""
-        ...
-
-    def leave(self) -> None:
-        """Follow it no longer."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,17 +69,26 @@ class SiteHooks:
     rider : callable
         Returns the rider of a journey; it calls with each goal that has ended.
     plan : callable
-        Plans the legs of a journey from a pose, given how long the robot would wait for each lift [s].
+        Plans the legs of a journey from a pose.
     keep : callable
         Stores journeys and rides of the building.
     changed : callable
         Called with each journey whose record has changed.
+    parts : callable
+        Returns the parts of the maps around the lift of a journey, by floor.
+    alert : callable
+        Called with what people must look at, and with lifts and doors that have a fault or serve again.
+    waited : callable
+        Called with the time that each robot that boards a lift has waited for it [s].
     """
 
     rider: Callable[[Journey, Callable[[GoalView], None]], Rider]
-    plan: Callable[[Journey, Place, Mapping[str, float]], Awaitable[list[JourneyLeg]]]
+    plan: Callable[[Journey, Place], Awaitable[list[JourneyLeg]]]
     keep: Callable[[list[Journey], list[LiftRide]], Awaitable[None]]
     changed: Callable[[Journey], None]
+    parts: Callable[[Journey], Awaitable[dict[str, FloorPart]]]
+    alert: Callable[[BuildingAlert], None] = lambda _alert: None
+    waited: Callable[[float], None] = lambda _seconds: None
 
 
 @dataclass(slots=True)
@@ -124,6 +115,7 @@ class JourneySite:
     name : str
         Name of the building in sessions of lifts.
     layout : BuildingLayout
+        Its places, as it was when the site was opened.
     hooks : SiteHooks
     hosts : DeviceHosts
         Hosts that devices may have.
@@ -143,13 +135,14 @@ class JourneySite:
         kept: KeptJourneys,
         clock: Clock | None = None,
     ) -> None:
-        self._layout, self._hooks = layout, hooks
+        self.layout, self._hooks = layout, hooks
         self._clock = steady_epoch() if clock is None else clock
         self._rides = {ride.robot: ride for ride in kept.rides}
         self._travellers: dict[str, _Traveller] = {}
+        self._ended: deque[Journey] = deque(maxlen=ENDED)
         self._background = Background()
         self._saving = asyncio.Lock()
-        runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected)
+        runner_hooks = BuildingHooks(self._ordered, self._store_ride, self._connected, hooks.alert)
         self.runner = BuildingRunner(name, layout, runner_hooks, hosts, rides=kept.rides, clock=self._clock)
         for journey in kept.journeys:
             self.begin(journey)
@@ -157,17 +150,30 @@ class JourneySite:
     @property
     def building(self) -> Building:
         """The building, as it was when the site was opened."""
-        return self._layout.building
+        return self.layout.building
 
     @property
     def is_idle(self) -> bool:
-        """Whether no robot is on a journey or in a lift."""
-        return not self._travellers and not self._rides
+        """Whether no robot is on a journey or in a lift, and all of that is stored."""
+        return not self._travellers and not self._rides and not self._saving.locked()
 
     @property
     def journeys(self) -> list[Journey]:
         """Journeys that have not ended."""
         return [each.machine.journey for each in self._travellers.values()]
+
+    @property
+    def waits(self) -> list[LiftWait]:
+        """Waits that are expected now, of the lifts that are known."""
+        return [LiftWait(lift, floor, wait) for (lift, floor), wait in self.runner.waits().items()]
+
+    async def view(self) -> SiteView:
+        """Return the state of lifts and doors, after their first reports or a while, and the journeys."""
+        for _ in range(round(FIRST_REPORTS / TICK)):
+            if self.runner.has_heard_all:
+                break
+            await asyncio.sleep(TICK)
+        return SiteView(self.runner.view(), [_view_of(journey) for journey in (*self._ended, *self.journeys)])
 
     async def run(self) -> None:
         """Lead the building until cancelled."""
@@ -185,7 +191,7 @@ class JourneySite:
         """Begin a journey, or go on with one."""
         robot = robot_name(journey)
         rider = self._hooks.rider(journey, lambda goal: self._goal_ended(robot, goal))
-        traveller = self._travellers[robot] = _Traveller(JourneyMachine(journey, self._layout), rider)
+        traveller = self._travellers[robot] = _Traveller(JourneyMachine(journey, self.layout), rider)
         self._take(traveller, traveller.machine.resume())
         self._background.run(self._obey(robot, traveller))
 
@@ -206,7 +212,7 @@ class JourneySite:
             machine, rider = traveller.machine, traveller.rider
             for lift, text in broken.items():
                 self._take(traveller, machine.lift_lost(lift, text, self._clock()))
-            pose, floor = rider.pose, self._layout.building.floor_of_map(rider.map)
+            pose, floor = rider.pose, self.layout.building.floor_of_map(rider.map)
             if floor is None or pose is None:
                 continue
             if traveller.moving not in ("", floor.name):
@@ -262,6 +268,7 @@ class JourneySite:
                 except PPaaSError as error:
                     logger.info("robot %s waits on its journey: %s", robot, error)
                     await asyncio.sleep(PAUSE)
+        self._ended.append(traveller.machine.journey)
         if self._travellers.get(robot) is traveller:
             del self._travellers[robot]
         traveller.rider.leave()
@@ -280,8 +287,13 @@ class JourneySite:
             case FindLegs(number):
                 if number == machine.journey.plans and not machine.is_over:
                     await self._plan(traveller, number)
+            case LookForFloor():
+                self._background.run(self._look_for_floor(traveller))
+            case EnteredCar():
+                await self._measure(traveller)
+                self._ask(robot, order)
             case ChangeFloor(floor, pose):
-                await traveller.rider.change_map(self._layout.building.floor(floor).map, pose)
+                await traveller.rider.change_map(self.layout.building.floor(floor).map, pose)
             case _:
                 self._ask(robot, order)
 
@@ -301,13 +313,46 @@ class JourneySite:
             case DoorPassed(floor, door):
                 self.runner.passed(robot, floor, door)
 
+    async def _measure(self, traveller: _Traveller) -> None:
+        """Note the pressure of the air, if the robot has a barometer, before the car may leave."""
+        if traveller.machine.journey.pressure:
+            return
+        try:
+            answer = await traveller.rider.find_floor(FindFloorRequest())
+        except PPaaSError as error:
+            logger.debug("no barometer is asked: %s", error)
+        else:
+            if answer.pressure:
+                self._take(traveller, traveller.machine.measured(answer.pressure, self._clock()))
+
+    async def _look_for_floor(self, traveller: _Traveller) -> None:
+        """Ask the clone on which floor the robot leaves the car, until it answers or the answer is not needed."""
+        machine, rider = traveller.machine, traveller.rider
+        while machine.journey.looks_for_floor:
+            journey = machine.journey
+            try:
+                parts = await self._hooks.parts(journey)
+                request = floor_request(journey, self.layout, parts, rider.pose, self._clock())
+                answer = await rider.find_floor(request)
+            except (NotFound, Conflict, InvalidInput) as error:
+                logger.info("robot %s believes the lift: %s", journey.robot, error)
+                self._take(traveller, machine.cannot_look(self._clock()))
+            except PPaaSError as error:
+                logger.debug("robot %s is asked again where it is: %s", journey.robot, error)
+                await asyncio.sleep(PAUSE)
+            else:
+                x, y, yaw = answer.pose.planar()
+                found = machine.looked(answer.floor, answer.known, answer.probability, (x, y, yaw), self._clock())
+                self._take(traveller, found)
+                return
+
     async def _plan(self, traveller: _Traveller, number: int) -> None:
         machine = traveller.machine
         pose = traveller.rider.pose
         if pose is None or traveller.moving:
             raise Unavailable("it is not localized yet")
         try:
-            legs = await self._hooks.plan(machine.journey, pose, self.runner.waits(machine.journey.on))
+            legs = await self._hooks.plan(machine.journey, pose)
         except PPaaSError as error:
             self._take(traveller, machine.no_plan(number, str(error), self._clock()))
         else:
@@ -315,7 +360,9 @@ class JourneySite:
 
     async def _store_ride(self, order: StoreRide | RemoveRide) -> None:
         if isinstance(order, StoreRide):
-            self._rides[order.ride.robot] = order.ride
+            before, self._rides[order.ride.robot] = self._rides.get(order.ride.robot), order.ride
+            if before is not None and (before.phase, order.ride.phase) == ("waiting", "boarding"):
+                self._hooks.waited(self._clock() - before.since)
         else:
             self._rides.pop(order.robot, None)
         await self._save()
@@ -324,3 +371,11 @@ class JourneySite:
         async with self._saving:
             active = [journey for journey in self.journeys if journey.state == "active"]
             await self._hooks.keep(active, list(self._rides.values()))
+
+
+def _view_of(journey: Journey) -> JourneyView:
+    leg = journey.now.name if journey.leg < len(journey.legs) else ""
+    return JourneyView(
+        journey.id, journey.user, journey.robot, journey.on, journey.floor, journey.phase, leg, journey.state,
+        journey.text, journey.since, journey.ended,
+    )  # fmt: skip

@@ -8,6 +8,7 @@ import msgspec
 
 from engine.control.fleet_events import LostRobots
 from engine.control.group_places import GroupPlaces, PeopleGroups
+from engine.control.journeys.calls import TaskJourneys
 from engine.control.master_calls.control_plane import (
     ContainerCalls,
     CountPaths,
@@ -349,14 +350,16 @@ class Cloud:
         self._other_goals.place_opened(key)
         self.robot_stops.place_opened(key)
 
-    def task_runner(self, store: Store, maps: MapStore, kept_for: float = KEPT_FOR) -> TaskRunner:
+    def task_runner(
+        self, store: Store, maps: MapStore, kept_for: float = KEPT_FOR, journeys: TaskJourneys | None = None
+    ) -> TaskRunner:
         """Return what leads the tasks of this cloud, which are in a store, for a time after their end [s].
 
-        Robots charge and park at places of its maps.
+        Robots charge and park at places of its maps, and journeys lead them over the floors of buildings.
         """
         return TaskRunner(
             store, self._task_robots, self._task_news, self.planning.compute_costs,
-            changed=self.events.task_changed, kept_for=kept_for, task_map=partial(task_map_on, maps),
+            changed=self.events.task_changed, kept_for=kept_for, task_map=partial(task_map_on, maps), journeys=journeys,
         )  # fmt: skip
 
     def hear_goals(self, users: Collection[str]) -> None:

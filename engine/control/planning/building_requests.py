@@ -52,6 +52,8 @@ class BuildingScene:
         Time limit of each request to a container [s].
     reuse : bool
         Whether stored paths may be returned.
+    waits : mapping of (lift, floor) to float
+        Waits for lifts that are expected now [s]: infinite for those out of order; others are the mean ones.
     """
 
     layout: BuildingLayout
@@ -62,6 +64,7 @@ class BuildingScene:
     labels: Mapping[str, str] = field(default_factory=dict)
     timeout: float = DEFAULT_TIMEOUT
     reuse: bool = True
+    waits: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,6 +138,7 @@ class BuildingPlanning:
             elif (kept := self._kept.get(_key(scene, network, number))) is not None:
                 state.measure(number, kept)
         state.close(scene.closed)
+        state.expect(scene.waits)
         return BuildingTimes(state, scene.traveller)
 
     async def _routes(
@@ -280,4 +281,7 @@ def _no_route(scene: BuildingScene, start: BuildingSpot, goal: BuildingSpot) -> 
     )
     if scene.closed or scene.traveller.avoid:
         text += "; without the closed doors and the lifts to avoid there may be one"
+    broken = sorted({lift for (lift, _), wait in scene.waits.items() if math.isinf(wait)})
+    if broken:
+        text += f"; lifts that do not serve robots now: {', '.join(broken)}"
     return text

@@ -1,21 +1,26 @@
-"""Tasks of one user on one map: reads and stores their records, and obeys the orders of their dispatcher."""
+"""Tasks of a user on a map or in a building: reads and stores their records, and obeys their dispatcher's orders."""
 
 import asyncio
+import dataclasses
 import logging
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 
 from msgspec.structs import replace
 
-from engine.control.tasks.robots import TaskRobots
+from engine.control.journeys.calls import TaskJourneys
+from engine.control.tasks.areas import TaskArea
+from engine.control.tasks.floor_trips import FloorTrips
+from engine.control.tasks.robots import RobotGoal, TaskRobots
 from ppaas.energy.sites import NO_SITES
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.tasks.assignment import Distance
 from ppaas.tasks.dispatcher import Dispatcher
+from ppaas.tasks.floors import floor_of, on_floor
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, StoreTask
 from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Task, pose_of
-from storage.names import Group
 from storage.ports import TaskStore
 from storage.records import MapTask
 
@@ -53,7 +58,7 @@ def obsolete(tasks: Sequence[Task], now: float, kept_for: float = KEPT_FOR) -> l
     return [name for _, name in ended if name not in kept]
 
 
-# -- tasks of a map ----------------------------------------------------------------------------------------------------
+# -- tasks of an area --------------------------------------------------------------------------------------------------
 
 REREAD = 30.0
 """Time between two readings of records without a notice that they were changed [s]."""
@@ -71,19 +76,24 @@ Measure = Callable[[Dispatcher, float], Awaitable[Distance]]
 Changed = Callable[[str, str, Task], None]
 """Called with user, map and a task whose state was changed in the store."""
 
+NO_FLOORS: Mapping[str, str] = MappingProxyType({})
+"""Floors of robots on a map that is of no building."""
+
 
 class TaskGroup:
-    """Leads the tasks of a user on a map.
+    """Leads the tasks of a user on a map, or on all floors of a building.
 
     What is stored decides. After a failure, or a change by another process, the dispatcher is made again from the
     records, as it is after a restart.
 
     Parameters
     ----------
-    group : Group
-        User and map.
+    area : TaskArea
+        User and maps.
     store : TaskStore
     robots : TaskRobots
+    journeys : TaskJourneys, optional
+        Leads robots over floors; an area without floors needs none.
     changed : callable
         Called with each task whose state has changed.
     kept_for : float
@@ -97,22 +107,25 @@ class TaskGroup:
 
     def __init__(
         self,
-        group: Group,
+        area: TaskArea,
         store: TaskStore,
         robots: TaskRobots,
         *,
+        journeys: TaskJourneys | None = None,
         changed: Changed = lambda _user, _map, _task: None,
         kept_for: float = KEPT_FOR,
     ) -> None:
-        self.group = group
+        self.area = area
         self.changed = True
         self.sites = NO_SITES
         self._store = store
         self._robots = robots
-        self._report = partial(changed, *group)
+        self._report = partial(changed, area.user)
+        self._trips = FloorTrips(journeys, area.user) if journeys is not None and area.has_floors else None
         self.kept_for = kept_for
         self._dispatcher: Dispatcher | None = None
         self._records: dict[str, MapTask] = {}
+        self._floors = NO_FLOORS
         self._read_at = self._decided_at = self._busy_at = float("-inf")
 
     def is_open(self, now: float) -> bool:
@@ -124,7 +137,9 @@ class TaskGroup:
         """Return the tasks that have not ended, as far as they were read."""
         return [] if self._dispatcher is None else [task for task in self._dispatcher.tasks.values() if task.is_open]
 
-    async def step(self, labels: dict[str, dict[str, str]], now: float, measure: Measure) -> None:
+    async def step(
+        self, labels: dict[str, dict[str, str]], now: float, measure: Measure, floors: Mapping[str, str] = NO_FLOORS
+    ) -> None:
         """Look at the records and at the connected robots, and do what follows.
 
         Parameters
@@ -135,11 +150,14 @@ class TaskGroup:
             Time [s since the epoch].
         measure : callable
             Returns the lengths of ways.
+        floors : mapping of str to str
+            Floors that the robots are on.
         """
+        self._floors = floors
         try:
             await self._step(labels, now, measure)
         except Conflict as error:  # somebody cancelled a task: go on from what is stored
-            logger.info("tasks of user %s on map %r are read again: %s", *self.group, error)
+            logger.info("tasks of user %s on maps %r are read again: %s", *self.area, error)
             self._forget()
         except BaseException:
             self._forget()
@@ -153,6 +171,8 @@ class TaskGroup:
             self._busy_at = now
         await self._obey(orders)
         await self._see(dispatcher, labels, now)
+        await self._send_waiting(dispatcher)
+        self._note_buttons(dispatcher, labels)
         released = dispatcher.release(now)
         await self._obey(released)
         ended = [order for robot in {*labels, *dispatcher.away} for order in self._ended(dispatcher, robot, now)]
@@ -172,9 +192,8 @@ class TaskGroup:
         if known is not None and not self.changed and now - self._read_at < REREAD:
             return known, []
         self.changed = False
-        stored = await asyncio.to_thread(self._store.tasks, *self.group)
+        stored = await asyncio.to_thread(self._stored, now)
         self._read_at = now
-        await asyncio.to_thread(self._remove, obsolete([record.task for record in stored], now, self.kept_for))
         self._report_ended(stored)
         self._records = {record.task.id: record for record in stored if record.task.is_open}
         dispatcher = self._dispatcher = known or Dispatcher([], now)
@@ -198,35 +217,59 @@ class TaskGroup:
         """Report the tasks that another process has ended since the last reading: they were cancelled."""
         for record in stored:
             if record.task.id in self._records and not record.task.is_open:
-                self._report(record.task)
+                self._report(record.map, record.task)
 
-    def _remove(self, names: Iterable[str]) -> None:
-        for name in names:
-            self._store.remove_task(*self.group, name)
+    def _stored(self, now: float) -> list[MapTask]:
+        """Return the stored tasks, with the floors of their maps; remove those that are not kept; may block."""
+        found: list[MapTask] = []
+        for floor, map_id in self.area.maps:
+            stored = self._store.tasks(self.area.user, map_id)
+            for name in obsolete([record.task for record in stored], now, self.kept_for):
+                self._store.remove_task(self.area.user, map_id, name)
+            found += [replace(record, task=replace(record.task, home=floor)) for record in stored]
+        return found
 
     async def _see(self, dispatcher: Dispatcher, labels: dict[str, dict[str, str]], now: float) -> None:
-        user, _ = self.group
+        user = self.area.user
         charging = {
             task.robot for task in dispatcher.tasks.values() if task.trip == "charge" and task.holding is not None
         }
         renewed = [robot for robot in labels if self._robots.follow(user, robot)]
         seen: dict[str, RobotNow] = {
-            robot: self._robots.now(user, robot, labels[robot], charging=robot in charging)
-            for robot in labels
+            robot: self._seen(dispatcher, robot, self._robots.now(user, robot, given, charging=robot in charging))
+            for robot, given in labels.items()
             if self._robots.client(user, robot)
         }
         if renewed:
             await self._obey(dispatcher.see({name: now_ for name, now_ in seen.items() if name not in renewed}, now))
-        await self._obey(dispatcher.see(seen, now, self._lost(dispatcher)))
+        silent = {task.robot for task in dispatcher.tasks.values() if task.robot} - seen.keys()
+        riding = set() if self._trips is None else set(filter(self._trips.is_riding, silent))
+        await self._obey(dispatcher.see(seen, now, self._lost(dispatcher), riding))
+
+    def _seen(self, dispatcher: Dispatcher, robot: str, now: RobotNow) -> RobotNow:
+        """Return a robot with the floor that it is on; one that must leave a lift first has no place yet."""
+        if self._trips is None or now.place is None:
+            return now
+        task = next((task for task in dispatcher.tasks.values() if task.robot == robot), None)
+        is_leaving = self._trips.is_leaving(robot, "" if task is None else task.goal_id)
+        place = None if is_leaving else on_floor(now.place, self._floors.get(robot, ""))
+        return dataclasses.replace(now, place=place)
+
+    def _note_buttons(self, dispatcher: Dispatcher, robots: Iterable[str]) -> None:
+        """Confirm the tasks that hold robots whose buttons were pressed."""
+        pressed = {robot for robot in robots if self._robots.is_confirmed(self.area.user, robot)}
+        for task in tuple(dispatcher.tasks.values()):
+            if task.robot in pressed and task.needs_confirmation:
+                dispatcher.confirm(replace(task, confirmed=task.leg))
 
     def _lost(self, dispatcher: Dispatcher) -> dict[str, float]:
         """Return when the robots with a task were lost that are not connected [s since the epoch], as far as known."""
-        lost = {robot: self._robots.lost_at(self.group[0], robot) for robot in dispatcher.away}
+        lost = {robot: self._robots.lost_at(self.area.user, robot) for robot in dispatcher.away}
         return {robot: at for robot, at in lost.items() if at is not None}
 
     def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
-        client = self._robots.client(self.group[0], robot)
-        for goal in [] if client is None else client.goals():
+        client = self._robots.client(self.area.user, robot)
+        for goal in [*([] if client is None else client.goals()), *self._on_floors(robot)]:
             if goal.state == "pending" or goal.state == "active":  # noqa: PLR1714 - mypy narrows no sets
                 continue
             orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)
@@ -234,29 +277,30 @@ class TaskGroup:
                 return orders
         return []
 
+    def _on_floors(self, robot: str) -> Sequence[RobotGoal]:
+        return [] if self._trips is None else self._trips.goals(robot)
+
     async def _obey(self, orders: list[Order]) -> None:
         for order in orders:
             match order:
                 case StoreTask():
                     await self._put(order)
                 case Send():
-                    self._send(order)
+                    await self._send(order)
                 case Cancel():
-                    client = self._robots.client(self.group[0], order.robot)
-                    if client is not None:
-                        client.cancel_any(order.goal_id)
+                    await self._cancel(order)
 
     async def _put(self, order: StoreTask) -> None:
         before = self._records.get(order.task.id)
-        record = MapTask(*self.group, order.task)
+        record = MapTask(self.area.user, self.area.map_on(order.task.home), order.task)
         if before is None:
             await asyncio.to_thread(self._put_new, record)
             self._records[order.task.id] = record
             return
-        await asyncio.to_thread(lambda: self._store.put_task(record, instead_of=before))
+        await asyncio.to_thread(lambda: self._store.put_task(_as_stored(record), instead_of=_as_stored(before)))
         self._records[order.task.id] = record
         if order.task.state != before.task.state:
-            self._report(order.task)
+            self._report(record.map, order.task)
         if not order.task.is_open:
             del self._records[order.task.id]
 
@@ -265,19 +309,43 @@ class TaskGroup:
         try:
             self._store.task(*record.key)
         except NotFound:
-            self._store.put_task(record)
+            self._store.put_task(_as_stored(record))
 
-    def _send(self, order: Send) -> None:
-        client = self._robots.client(self.group[0], order.robot)
+    async def _send(self, order: Send) -> None:
+        client, floor = self._robots.client(self.area.user, order.robot), floor_of(order.place)
         if client is None:
             return  # it is sent once the robot is there
         try:
-            client.send(pose_of(order.place), order.goal_id)
+            if self._trips is not None and not await self._trips.make_way(order):
+                return  # it is sent once the robot is out of the lift
+            if self._trips is not None and (order.over_floors or self._floors.get(order.robot, floor) != floor):
+                await self._trips.send(order)
+            else:
+                client.send(pose_of(order.place), order.goal_id)
         except PPaaSError as error:
             raise Conflict(f"goal {order.goal_id!r} of robot {order.robot!r} is sent again: {error}") from error
 
+    async def _send_waiting(self, dispatcher: Dispatcher) -> None:
+        """Send the robots that have left a lift meanwhile to the goals that waited for that."""
+        wanted = {task.goal_id for task in dispatcher.tasks.values()}
+        for order in [] if self._trips is None else tuple(self._trips.waiting.values()):
+            if order.goal_id in wanted:
+                await self._send(order)
+
+    async def _cancel(self, order: Cancel) -> None:
+        client = self._robots.client(self.area.user, order.robot)
+        if self._trips is not None and await self._trips.cancel(order.robot, order.goal_id):
+            return
+        if client is not None:
+            client.cancel_any(order.goal_id)
+
+
+def _as_stored(record: MapTask) -> MapTask:
+    """Return a record without the floor of its map, which follows from the building."""
+    return replace(record, task=replace(record.task, home=""))
+
 
 def is_choice(dispatcher: Dispatcher, now: float) -> bool:
-    """Return whether more than one assignment is possible, so that lengths of ways matter."""
+    """Return whether lengths of ways matter: more than one assignment is possible, or a task leads over floors."""
     free, tasks = dispatcher.candidates(now), dispatcher.undecided(now)
-    return bool(free and tasks) and (len(free) > 1 or len(tasks) > 1)
+    return bool(free and tasks) and (len(free) > 1 or len(tasks) > 1 or any(task.floors for task in tasks))

@@ -125,6 +125,7 @@ class TaskRobots:
         self._clients: dict[str, Navigator] = {}
         self._monotonic = monotonic
         self._batteries: dict[str, _BatteryWatch] = {}
+        self._confirmations: dict[str, int] = {}
 
     def place_opened(self, key: str) -> None:
         """Note a place that was opened or adopted."""
@@ -193,6 +194,14 @@ class TaskRobots:
         watch = self._batteries.setdefault(key, _BatteryWatch())
         battery = watch.see(client.place.beat.report.battery, place, self._monotonic(), charging=charging)
         return RobotNow(place, labels, client.followed, battery)
+
+    def is_confirmed(self, user: str, robot: str) -> bool:
+        """Return whether somebody at a robot has confirmed its task since the last call, by its button."""
+        key = robot_key(user, robot)
+        client = self._clients.get(key)
+        count = 0 if client is None else client.place.beat.report.confirmations
+        before, self._confirmations[key] = self._confirmations.get(key, count), count
+        return count > before
 
     def _leave(self, key: str) -> None:
         client = self._clients.pop(key, None)

@@ -2,74 +2,26 @@
 
 import asyncio
 import contextlib
-import logging
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from functools import partial
 
-from engine.control.planning.requests import CostAnswer, CostRequest
+from engine.control.journeys.calls import TaskJourneys
+from engine.control.tasks.areas import TaskArea, TaskAreas, area_in
 from engine.control.tasks.group import KEPT_FOR, Changed, Measure, TaskGroup
+from engine.control.tasks.measuring import AreaWays, Costs
 from engine.control.tasks.robots import TaskRobots
-from engine.control.tasks.task_maps import TaskMap, distance_by
+from engine.control.tasks.task_maps import TaskMap, sites_on_floors
 from engine.processes.background import repeat
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
-from ppaas.errors import NotFound, PPaaSError
+from ppaas.errors import NotFound
 from ppaas.tasks.assignment import Distance, labels_of
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.reach import straight
 from ppaas.tasks.records import TaskState
 from storage.names import Group
 from storage.ports import Store
-
-logger = logging.getLogger(__name__)
-
-
-# -- lengths of the ways between robots and tasks ----------------------------------------------------------------------
-
-TIMEOUT = 4.0
-"""Time to wait for the costs [s]; a decision that comes later is worse than one by distances in a straight line."""
-
-Costs = Callable[[str, MapVersion, CostRequest], Awaitable[CostAnswer]]
-"""Computes the costs for a user on a version of a map."""
-
-
-async def no_ways(_dispatcher: Dispatcher, _now: float) -> Distance:
-    """Return straight lines: without robots there is nothing to measure."""
-    return straight
-
-
-async def ways(costs: Costs, user: str, on: TaskMap, dispatcher: Dispatcher, now: float) -> Distance:
-    """Return the lengths of the ways from robots to tasks; straight lines if no planning container answers in time.
-
-    A way near obstacles counts as longer, by its cost.
-
-    Parameters
-    ----------
-    costs : callable
-        Computes a matrix of costs.
-    user : str
-    on : TaskMap
-        Version of the map.
-    dispatcher : Dispatcher
-        Has the robots and the tasks.
-    now : float
-        Time [s since the epoch].
-    """
-    starts = tuple(dict.fromkeys(candidate.place for candidate in dispatcher.candidates(now)))
-    goals = tuple(dict.fromkeys(task.target for task in dispatcher.undecided(now)))
-    if on.resolution is None:
-        return straight
-    try:
-        async with asyncio.timeout(TIMEOUT):
-            answer = await costs(user, on.version, CostRequest(starts, goals, TIMEOUT))
-    except (PPaaSError, TimeoutError) as error:
-        logger.debug("tasks on map %r are assigned by straight lines: %s", on.version.id, error)
-        return straight
-    return distance_by(answer, starts, goals, on.resolution)
-
-
-# -- all tasks ---------------------------------------------------------------------------------------------------------
 
 PERIOD = 1.0
 """Time between two looks at robots and goals [s]; changed tasks and ended goals are a reason at once."""
@@ -82,6 +34,11 @@ SEARCH = 300.0
 
 LABELS = 30.0
 """Time after which the labels of robots are read again [s]."""
+
+
+async def no_ways(_dispatcher: Dispatcher, _now: float) -> Distance:
+    """Return straight lines: without robots there is nothing to measure."""
+    return straight
 
 
 class TaskNews:
@@ -116,6 +73,8 @@ class TaskRunner:
     news : TaskNews
     costs : callable
         Computes costs of ways in a planning container.
+    journeys : TaskJourneys, optional
+        Leads robots over the floors of buildings; without it, each map is led by itself.
     clock : callable
         Returns the time [s since the epoch].
     changed : callable
@@ -134,6 +93,7 @@ class TaskRunner:
         costs: Costs,
         clock: Clock = epoch,
         *,
+        journeys: TaskJourneys | None = None,
         changed: Changed = lambda _user, _map, _task: None,
         kept_for: float = KEPT_FOR,
         task_map: Callable[[MapVersion], TaskMap] = TaskMap,
@@ -143,11 +103,13 @@ class TaskRunner:
         self._news = news
         self._costs = costs
         self._clock = clock
-        self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed)
+        self._journeys = journeys
+        self._areas = TaskAreas(store) if journeys is not None else None
+        self._lead_group = partial(TaskGroup, store=store, robots=robots, changed=changed, journeys=journeys)
         self._kept_for = kept_for
         self._read_map = task_map
         self._maps: dict[Group, TaskMap] = {}
-        self._groups: dict[Group, TaskGroup] = {}
+        self._groups: dict[TaskArea, TaskGroup] = {}
         self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
         self._searched_at = float("-inf")
 
@@ -178,9 +140,7 @@ class TaskRunner:
             self._news.groups.update(await asyncio.to_thread(self._store.task_groups))
             self._searched_at = now
             self._robots.forget_closed()
-        while self._news.groups:
-            group = self._news.groups.pop()
-            self._groups.setdefault(group, self._lead_group(group, kept_for=self._kept_for)).changed = True
+        await self._note_news(now)
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
         if not self._groups:
             self._robots.follow_only(set())
@@ -188,28 +148,47 @@ class TaskRunner:
         connected = self._robots.connected()
         there = {(user, robot) for (user, _), robots in connected.items() for robot in robots}
         self._labels = {key: read for key, read in self._labels.items() if key in there}
-        self._robots.follow_only(set(self._groups))
-        led = [self._lead(group, connected.get(key, {}), now) for key, group in self._groups.items()]
+        self._robots.follow_only({group for area in self._groups for group in area.groups})
+        led = [self._lead(group, connected, now) for group in self._groups.values()]
         for error in await asyncio.gather(*led, return_exceptions=True):
             if isinstance(error, BaseException):
                 raise error
+
+    async def _note_news(self, now: float) -> None:
+        """Note changed tasks; those of a building that was changed are led by another group from now on."""
+        if self._areas is not None and (self._groups or self._news.groups):
+            await self._areas.read(now)
+        for area in [area for area in self._groups if any(self._area_of(group) != area for group in area.groups)]:
+            del self._groups[area]
+            self._news.groups.update(area.groups)
+        while self._news.groups:
+            area = self._area_of(self._news.groups.pop())
+            self._groups.setdefault(area, self._lead_group(area, kept_for=self._kept_for)).changed = True
+
+    def _area_of(self, group: Group) -> TaskArea:
+        return area_in(None, group) if self._areas is None else self._areas.of(group)
 
     def open_tasks(self) -> Counter[TaskState]:
         """Return the numbers of tasks that have not ended, by state, as this process knows them."""
         return Counter(task.state for group in self._groups.values() for task in group.open_tasks())
 
-    async def _lead(self, group: TaskGroup, robots: dict[str, MapVersion], now: float) -> None:
-        user, _ = group.group
-        labels = {robot: await self._labels_of(user, robot, now) for robot in sorted(robots)}
+    async def _lead(self, group: TaskGroup, here: dict[Group, dict[str, MapVersion]], now: float) -> None:
+        area = group.area
+        floors = {
+            robot: floor for floor, map_id in area.maps for robot in here.get((area.user, map_id), {})
+        }  # fmt: skip
+        labels = {robot: await self._labels_of(area.user, robot, now) for robot in sorted(floors)}
         measure: Measure = no_ways
-        if robots:
-            on = await self._map_of(group.group, next(iter(robots.values())))
-            group.sites = on.sites
-            measure = partial(ways, self._costs, user, on)
-        await group.step(labels, now, measure)
+        if floors:
+            maps = {floor: await self._map_of((area.user, name), here) for floor, name in area.maps}
+            group.sites = sites_on_floors(maps)
+            measure = AreaWays(self._costs, self._journeys, area, maps).measure
+        await group.step(labels, now, measure, floors)
 
-    async def _map_of(self, group: Group, version: MapVersion) -> TaskMap:
+    async def _map_of(self, group: Group, here: dict[Group, dict[str, MapVersion]]) -> TaskMap:
+        """Return a map as the robots there have it; where there are none, as they had it, or as it is."""
         known = self._maps.get(group)
+        version = next(iter(here.get(group, {}).values()), MapVersion(group[1], "") if known is None else known.version)
         if known is None or known.version != version:
             known = self._maps[group] = await asyncio.to_thread(self._read_map, version)
         return known

@@ -91,6 +91,10 @@ class DoorController:
         """Return the robots for which a door is held open."""
         return tuple(self._doors[key].robots)
 
+    def fault(self, key: DoorKey, now: float) -> str:
+        """Return why a door opens for nobody now; empty if it does."""
+        return self._doors[key].fault(now)
+
     def closing(self, key: DoorKey) -> DoorRequest:
         """Return the order by which a door is free to close."""
         return DoorRequest(*key, self._doors[key].session, "closed")
@@ -176,7 +180,7 @@ class DoorController:
         """Repeat the request to stay open while robots are there; let the door close once when none is."""
         request = DoorRequest(*door.key, door.session, "open" if door.robots else "closed")
         is_due = request.mode == "open" and now - door.asked_at >= HEARTBEAT
-        if request == door.asked and not is_due:
-            return []
+        if (request == door.asked and not is_due) or (door.asked is None and request.mode == "closed"):
+            return []  # a door that was never asked for closes by itself, if an earlier controller held it
         door.asked, door.asked_at = request, now
         return [request]

@@ -18,12 +18,18 @@ class SimulatedDoor:
         Time [s], as everywhere here.
     opens : float
         Time in which it opens or closes [s].
+
+    Attributes
+    ----------
+    blocked : bool
+        Whether its light curtain sees something in the doorway: it opens then.
     """
 
     def __init__(self, floor: str, door: str, now: float, opens: float = 3.0) -> None:
         self.floor, self.door = floor, door
         self._opens, self._now = opens, now
         self._opened = 0.0
+        self.blocked = False
         self._held_until = now
         self._fault: Literal["", "jammed", "offline"] = ""
 
@@ -48,8 +54,9 @@ class SimulatedDoor:
         return DoorState(floor=self.floor, door=self.door, mode=mode)
 
     def _advance(self, now: float) -> None:
-        opening = max(min(now, self._held_until) - self._now, 0.0)
-        closing = max(now - max(self._held_until, self._now), 0.0)
+        held_until = now if self.blocked else self._held_until
+        opening = max(min(now, held_until) - self._now, 0.0)
+        closing = max(now - max(held_until, self._now), 0.0)
         if not self._fault:
             self._opened = min(self._opened + opening / max(self._opens, 1e-3), 1.0)
             self._opened = max(self._opened - closing / max(self._opens, 1e-3), 0.0)

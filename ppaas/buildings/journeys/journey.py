@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from ppaas.buildings.doors.states import Pass
+from ppaas.buildings.journeys.places import find_landing, landing_of, pose_on, target_of
 from ppaas.buildings.journeys.records import (
     AskForDoor,
     AskForLift,
@@ -26,12 +27,13 @@ from ppaas.buildings.journeys.records import (
     JourneyState,
     Keep,
     LeftCar,
+    LookForFloor,
     SendGoal,
 )
-from ppaas.buildings.layout import BuildingLayout, Landing
+from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.lifts.states import Alight, Board, Refuse, Wait
-from ppaas.buildings.riding.car_frame import carried, is_inside, places_in_car
-from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.buildings.riding.car_frame import is_inside
+from ppaas.geometry import Pose2D
 from ppaas.tasks.records import Place
 
 TRIES = 4
@@ -45,6 +47,17 @@ NEAR_LIFT = 3.0
 
 MOST_PLANS = 8
 """Number of plans after which a journey fails: the building does not let it through."""
+
+LIKELY = 0.9
+"""Probability from which a floor that lift and scans agree on is taken for granted, although others look alike."""
+
+LOOKS = 4
+"""Number of times that a robot turns to look round before it waits for help."""
+
+UNKNOWN = "on which floor it is, is not known"
+
+_NEW_RIDE: dict[str, object] = {"found": "", "lied": "", "looks": 0, "pressure": 0.0, "pressure_at": 0.0}
+"""What is not known any more once a ride has ended, or before it begins."""
 
 Orders = list[JourneyOrder]
 
@@ -83,10 +96,10 @@ class JourneyMachine:
         match journey.phase:
             case "driving" if journey.now.kind == "drive" and self._is_near_lift(pose):
                 return self._next_leg(now)
-            case "boarding" if self._past_door(floor) < -CLEAR and is_inside(self._landing(floor), self._seen[1]):
+            case "boarding" if self._past_door(floor) < -CLEAR:
                 self._drives_in = True
                 return self._entered()
-            case "alighting" if self._past_door(floor) > CLEAR and floor == journey.now.to_floor == journey.out:
+            case "alighting" if self._past_door(floor) > CLEAR and floor == journey.now.to_floor == journey.found:
                 return [] if journey.cancelled else [LeftCar(), *self._next_leg(now)]
             case _:
                 return []
@@ -96,11 +109,12 @@ class JourneyMachine:
         return any(leg.kind == "lift" and math.dist(pose[:2], leg.start[:2]) < NEAR_LIFT for leg in following)
 
     def _past_door(self, floor: str) -> float:
-        """Return how far outside of the door of the lift of this leg the robot is [m]; negative inside."""
-        landing = self._landing(floor)
-        assert self._seen is not None, "it was seen"
+        """Return how far outside of the door of the lift of this leg the robot is [m]; negative inside of the car."""
+        landing, pose = landing_of(self._layout, self.journey.now, floor), self._here
+        assert pose is not None, "it was seen"
         (x, y), yaw = landing.door.middle, landing.car[2]
-        return (self._seen[1].x - x) * math.cos(yaw) + (self._seen[1].y - y) * math.sin(yaw)
+        past = (pose.x - x) * math.cos(yaw) + (pose.y - y) * math.sin(yaw)
+        return past if past > 0.0 or is_inside(landing, pose) else 0.0
 
     # -- begin, plans, end ---------------------------------------------------------------------------------------------
 
@@ -109,18 +123,20 @@ class JourneyMachine:
         journey = self.journey
         if self.is_over:
             return []
+        asks = journey.phase in ("waiting", "boarding", "inside", "alighting")
+        orders: Orders = [self._request()] if asks else []
         match journey.phase:
             case "planning":
-                return [Keep(journey), FindLegs(journey.plans)]
+                orders += [Keep(journey), FindLegs(journey.plans)]
             case "waiting":
-                return [self._request()]
+                pass
             case "inside":
-                orders: Orders = [self._request(), EnteredCar()]
-                return [*orders, *([self._change(journey.out)] if journey.out else [])]
-            case "boarding" | "alighting":
-                return [self._request(), SendGoal(journey.goal_id, self._target())]
+                orders += [EnteredCar(), *([self._change(journey.out)] if journey.out else [])]
+            case "looking" if journey.out != journey.on:
+                orders += [self._change(journey.out)]
             case _:
-                return [SendGoal(journey.goal_id, self._target())]
+                orders += [SendGoal(journey.goal_id, self._target()), *self._look()]
+        return orders
 
     def planned(self, number: int, legs: Iterable[JourneyLeg], now: float) -> Orders:
         """Take the legs of the plan of this number; an earlier one is ignored, as is one without legs."""
@@ -173,7 +189,7 @@ class JourneyMachine:
     def _give_back(self) -> Orders:
         """Cancel what the robot has asked for."""
         match self.journey.phase:
-            case "driving" | "crossing":
+            case "driving" | "crossing" | "looking":
                 return [CancelGoal(self.journey.goal_id)]
             case "waiting" if self.journey.now.kind == "lift":
                 return [CancelGoal(self.journey.goal_id), CancelRide()]
@@ -185,7 +201,7 @@ class JourneyMachine:
     def _begin_leg(self) -> Orders:
         leg = self.journey.now
         if leg.kind in ("lift", "door"):
-            self._set(phase="waiting", out="")
+            self._set(phase="waiting", out="", **_NEW_RIDE)
             return [Keep(self.journey), self._request()]
         if leg.kind == "way":
             self._set(phase="crossing", out=leg.to_floor)
@@ -213,27 +229,22 @@ class JourneyMachine:
 
     def _target(self) -> Place:
         """Return where the robot drives to in its phase."""
-        journey, leg = self.journey, self.journey.now
-        if journey.phase == "boarding":
-            landings, landing = self._layout.landings[leg.name], self._landing(leg.floor)
-            places = places_in_car(self._layout.building, landings, landing)
-            x, y, yaw = places[min(journey.place, len(places) - 1)]
-            return x, y, yaw
-        if journey.phase == "alighting":
-            if journey.out == leg.to_floor:
-                return leg.goal
-            x, y, yaw = self._landing(journey.out).wait
-            return x, y, wrap_angle(yaw + math.pi)
-        return leg.goal
+        return target_of(self.journey, self._layout, self._here)
+
+    @property
+    def _here(self) -> Pose2D | None:
+        """Pose of the robot on the map that its clone is on; None if it is not known."""
+        return self._seen[1] if self._seen is not None and self._seen[0] == self.journey.on else None
 
     # -- goals ---------------------------------------------------------------------------------------------------------
 
     def goal_ended(self, goal_id: str, reached: bool, text: str, now: float) -> Orders:
         """Note the end of a goal; goals that were sent before the last are ignored."""
         journey = self.journey
-        moves = journey.phase in ("driving", "boarding", "alighting", "crossing")
+        moves = journey.phase in ("driving", "boarding", "alighting", "looking", "crossing")
+        looks_round = journey.phase == "looking" and not journey.found
         self._drives_in &= goal_id != journey.goal_id
-        if self.is_over or goal_id != journey.goal_id or not moves:
+        if self.is_over or goal_id != journey.goal_id or not moves or looks_round:
             return []
         return self._reached(now) if reached else self._failed(text, now)
 
@@ -244,10 +255,12 @@ class JourneyMachine:
                 return self._entered()
             case "alighting" if journey.cancelled:
                 return [LeftCar(), *self._end("canceled", "it was cancelled", now)]
-            case "alighting" if journey.out != journey.now.to_floor:
-                return [LeftCar(), *self._plan_again(f"it got out on floor {journey.out!r}", now)]
-            case "alighting":
-                return [LeftCar(), *self._next_leg(now)]
+            case "alighting" if not journey.found:
+                self._set(phase="looking", failures=0, text="its scans are compared with the maps of the floors")
+                return [LeftCar(), Keep(self.journey)]
+            case "alighting" | "looking":
+                left: Orders = [LeftCar()] if journey.phase == "alighting" else []
+                return [*left, *self._ridden(now)]
             case _ if journey.now.kind == "door":
                 return [DoorPassed(journey.now.floor, journey.now.name), *self._next_leg(now)]
             case _:
@@ -256,6 +269,12 @@ class JourneyMachine:
     def _entered(self) -> Orders:
         self._set(phase="inside", failures=0)
         return [Keep(self.journey), EnteredCar()]
+
+    def _ridden(self, now: float) -> Orders:
+        """Go on after a ride, from the floor on which the robot has left the car."""
+        if self.journey.out != self.journey.now.to_floor:
+            return self._plan_again(f"it got out on floor {self.journey.out!r}", now)
+        return self._next_leg(now)
 
     def _failed(self, text: str, now: float) -> Orders:
         """Send the goal again, or plan again; a robot in a car goes on to try, for it cannot stay there."""
@@ -277,7 +296,7 @@ class JourneyMachine:
 
     def obey(self, order: Board | Alight | Wait | Refuse | Pass, now: float) -> Orders:
         """Take an order of the controllers of lifts and doors."""
-        if self.is_over or self.journey.phase in ("planning", "driving", "crossing"):
+        if self.is_over or self.journey.phase in ("planning", "driving", "looking", "crossing"):
             return []
         waits_for = self.journey.now.kind if self.journey.phase == "waiting" else ""
         orders: Orders = []
@@ -314,17 +333,22 @@ class JourneyMachine:
     def _alight(self, floor: str) -> Orders:
         """Leave the car: the clone goes to the map of the floor first, if it is on another one."""
         journey = self.journey
-        if journey.phase == "waiting" or journey.now.kind != "lift" or self._find(floor) is None:
+        if (
+            journey.phase == "waiting"
+            or journey.now.kind != "lift"
+            or find_landing(self._layout, journey.now, floor) is None
+        ):
             return []
-        if journey.phase == "alighting" and journey.out == floor:
+        if (journey.phase == "alighting" and journey.out == floor) or journey.lied == floor:
             return []
         drives = self._drives_in or journey.phase in ("boarding", "alighting")
         orders: Orders = [CancelGoal(journey.goal_id)] if drives else []
         if floor != journey.on:
-            self._set(phase="inside", out=floor)
+            self._set(phase="inside", out=floor, found="", lied="")
             return [*orders, Keep(self.journey), self._change(floor)]
-        self._set(phase="alighting", out=floor, failures=0)
-        return [*orders, *self._send()]
+        found = floor if journey.phase == "boarding" else ""  # then the car has not moved
+        self._set(phase="alighting", out=floor, failures=0, found=found, lied="")
+        return [*orders, *self._send(), *self._look()]
 
     def doors_closed(self, stop: str) -> Orders:
         """Note that the doors of the car are closed, and the floor where it stops next; empty if that is not known.
@@ -335,23 +359,14 @@ class JourneyMachine:
         journey = self.journey
         if self._drives_in or self.is_over or journey.phase != "inside" or journey.out:
             return []
-        floor = stop if stop and self._find(stop) is not None else journey.now.to_floor
+        floor = stop if stop and find_landing(self._layout, journey.now, stop) is not None else journey.now.to_floor
         return [] if journey.on == floor else [self._change(floor)]
 
     # -- maps ----------------------------------------------------------------------------------------------------------
 
     def _change(self, floor: str) -> ChangeFloor:
         """Return the order to move the clone to the map of a floor, at the pose that the robot has there."""
-        journey, leg = self.journey, self.journey.now
-        if leg.kind == "way":
-            x, y, yaw = leg.goal
-            return ChangeFloor(floor, (x - leg.length * math.cos(yaw), y - leg.length * math.sin(yaw), yaw))
-        origin = self._landing(journey.on)
-        here = Pose2D(*origin.car)
-        if self._seen is not None and self._seen[0] == journey.on and is_inside(origin, self._seen[1]):
-            here = self._seen[1]
-        pose = carried(self._layout.building, origin, self._landing(floor), here)
-        return ChangeFloor(floor, (pose.x, pose.y, pose.theta))
+        return ChangeFloor(floor, pose_on(floor, self.journey, self._layout, self._here))
 
     def on_floor(self, floor: str) -> Orders:
         """Note that the clone is on the map of a floor, and localized there."""
@@ -365,41 +380,63 @@ class JourneyMachine:
             return self._send()
         if journey.phase == "inside":
             self._set(phase="alighting", failures=0)
+            return [*self._send(), *self._look()]
+        if journey.phase == "looking":
             return self._send()
         return [Keep(self.journey)]
 
-    def is_really_on(self, floor: str, pose: Place, now: float) -> Orders:
-        """Note that scans have shown the robot on another floor than it was taken to be: it got out wrong.
+    # -- on which floor it is ------------------------------------------------------------------------------------------
 
-        The clone goes to the map of that floor, and the journey is planned again from there.
-        """
-        journey = self.journey
-        if self.is_over or floor == journey.on:
+    def measured(self, pascal: float, now: float) -> Orders:
+        """Note the pressure of the air at which the robot has come into the car [Pa]."""
+        if self.is_over or self.journey.phase != "inside":
             return []
-        was_riding = journey.phase in ("inside", "alighting")
-        orders: Orders = [] if journey.phase == "planning" else [CancelGoal(journey.goal_id)]
-        orders += [LeftCar()] if was_riding else []
+        self._set(pressure=pascal, pressure_at=now)
+        return [Keep(self.journey)]
+
+    def looked(self, floor: str, known: bool, probability: float, pose: Place, now: float) -> Orders:
+        """Take the likeliest floor by scans, lift and barometer, whether it is known, and the pose on its map."""
+        journey = self.journey
+        if not journey.looks_for_floor:
+            return []
+        if known and floor != journey.on:
+            return self._is_elsewhere(floor, pose)
+        if floor == journey.on and (known or probability >= LIKELY):
+            return self._is_here(now)
+        return self._look_round()
+
+    def cannot_look(self, now: float) -> Orders:
+        """Note that nobody can compare scans with maps, so that the lift is believed."""
+        return self._is_here(now) if self.journey.looks_for_floor else []
+
+    def _look(self) -> Orders:
+        return [LookForFloor()] if self.journey.looks_for_floor else []
+
+    def _is_here(self, now: float) -> Orders:
+        self._set(found=self.journey.on)
+        return [Keep(self.journey)] if self.journey.phase == "alighting" else self._ridden(now)
+
+    def _is_elsewhere(self, floor: str, pose: Place) -> Orders:
+        """Move the clone to the map of the floor that the robot is really on; there it leaves the car if need be."""
+        journey = self.journey
+        phase = "inside" if journey.phase == "alighting" else "looking"
         text = f"it is on floor {floor!r}, not on {journey.on!r}"
-        self._set(on=floor)
-        return [*orders, ChangeFloor(floor, pose), *self._plan_again(text, now)]
+        self._set(phase=phase, out=floor, found=floor, lied=journey.on, failures=0, text=text)
+        return [CancelGoal(journey.goal_id), Keep(self.journey), ChangeFloor(floor, pose)]
+
+    def _look_round(self) -> Orders:
+        """Turn the robot, if it is out of the car, and look again; after some turns it waits for help."""
+        journey = self.journey
+        if journey.phase == "alighting":
+            return self._look()
+        self._set(looks=min(journey.looks + 1, LOOKS + 1))
+        if self.journey.looks > LOOKS:
+            self._set(text=f"{UNKNOWN}: it waits, for its scans fit no floor, or several")
+            return [Keep(self.journey), *self._look()]
+        self._set(text=f"{UNKNOWN}: it looks round")
+        return [*self._send(), *self._look()]
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
-    def _find(self, floor: str) -> Landing | None:
-        """Return the landing of the lift of this leg on a floor; the door that it takes there, if there are two."""
-        leg = self.journey.now
-        found = [each for each in self._layout.landings.get(leg.name, ()) if each.floor == floor]
-        ends = [place for place, on in ((leg.start, leg.floor), (leg.goal, leg.to_floor)) if on == floor]
-        return min(found, key=lambda each: _apart(each.wait, ends), default=None)
-
-    def _landing(self, floor: str) -> Landing:
-        found = self._find(floor)
-        assert found is not None, "legs are planned on this layout"
-        return found
-
     def _set(self, **changes: object) -> None:
         self.journey = replace(self.journey, **changes)
-
-
-def _apart(wait: Place, ends: list[Place]) -> float:
-    return min((math.hypot(wait[0] - x, wait[1] - y) for x, y, _ in ends), default=0.0)

@@ -8,8 +8,9 @@ from ppaas.tasks.records import Place
 
 LegKind = Literal["drive", "door", "lift", "way"]
 
-Phase = Literal["planning", "driving", "waiting", "boarding", "inside", "alighting", "crossing"]
-"""``waiting``: before a lift or a door. ``inside``: in the car. ``crossing``: on stairs, a ramp or a bridge."""
+Phase = Literal["planning", "driving", "waiting", "boarding", "inside", "alighting", "looking", "crossing"]
+"""``waiting``: before a lift or a door. ``inside``: in the car. ``looking``: out of the car, on a floor that is not yet
+known. ``crossing``: on stairs, a ramp or a bridge."""
 
 JourneyState = Literal["active", "succeeded", "failed", "canceled"]
 
@@ -68,6 +69,14 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
         Its place in the car of the lift.
     out : str
         Floor at which the robot leaves the lift; empty while it does not.
+    found : str
+        Floor that the robot's scans have shown on this ride; empty while they have not.
+    lied : str
+        Floor that the lift has named although the scans have shown another one; empty if it has not.
+    looks : int
+        Number of times that the robot has turned to look round on this ride.
+    pressure, pressure_at : float
+        Pressure of the air at which it came into the car [Pa], 0 if that is not known, and when [s since the epoch].
     avoid : tuple of str
         Lifts, doors and ways that have refused it.
     cancelled : bool
@@ -96,6 +105,11 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
     plans: int = 0
     place: int = 0
     out: str = ""
+    found: str = ""
+    lied: str = ""
+    looks: int = 0
+    pressure: float = 0.0
+    pressure_at: float = 0.0
     avoid: tuple[str, ...] = ()
     cancelled: bool = False
     state: JourneyState = "active"
@@ -112,6 +126,11 @@ class Journey(msgspec.Struct, frozen=True, kw_only=True):
     def goal_id(self) -> str:
         """Id of the goal that was sent last."""
         return f"{self.id}/{self.sent}"
+
+    @property
+    def looks_for_floor(self) -> bool:
+        """Whether it is to be found out on which floor the robot leaves, or has left, the car."""
+        return self.state == "active" and self.phase in ("alighting", "looking") and not self.found
 
     @property
     def is_aboard(self) -> bool:
@@ -154,6 +173,10 @@ class ChangeFloor(msgspec.Struct, frozen=True):
     pose: Place
 
 
+class LookForFloor(msgspec.Struct, frozen=True):
+    """Compare the scans of the robot with the maps of all floors at which its lift stops; ``looked`` answers."""
+
+
 class AskForLift(msgspec.Struct, frozen=True):
     """Request a ride; an order of the lift's controller answers."""
 
@@ -194,6 +217,7 @@ JourneyOrder = (
     | CancelGoal
     | FindLegs
     | ChangeFloor
+    | LookForFloor
     | AskForLift
     | EnteredCar
     | LeftCar

@@ -110,6 +110,7 @@ class Attendant:
 
     def _reason_to_end(self, ride: LiftRide, now: float) -> str:
         car = self._car
+        since = max(ride.since, car.times.began)  # the clock of the computer that stored it may be apart
         lost = now - car.times.lost.get(ride.robot, now)
         if ride.is_aboard:
             where = "the door" if ride.is_in_doorway else "the car"
@@ -117,14 +118,14 @@ class Attendant:
             return text if lost > NO_RADIO else ""
         if lost > GONE:
             return f"robot {ride.robot!r} is not connected any more"
-        if car.is_out_of_order(now) and now - max(car.times.mode, ride.since) > OUT_OF_ORDER:
+        if car.is_out_of_order(now) and now - max(car.times.mode, since) > OUT_OF_ORDER:
             return car.fault(now)
-        if now - max(car.times.heard, ride.since) > UNHEARD:
+        if now - max(car.times.heard, since) > UNHEARD:
             return car.fault(now)
-        waits = now - max(car.times.progress, ride.since)
+        waits = now - max(car.times.progress, since)
         if waits > (TAKEN if car.is_taken() else NO_PROGRESS):
             return car.fault(now) or self._obstacle(ride)
-        return f"lift {car.lift!r} has not come for {PATIENCE:.0f} s" if now - ride.since > PATIENCE else ""
+        return f"lift {car.lift!r} has not come for {PATIENCE:.0f} s" if now - since > PATIENCE else ""
 
     def _obstacle(self, ride: LiftRide) -> str:
         car = self._car

@@ -19,6 +19,8 @@ class CarTimes:
 
     Parameters
     ----------
+    began : float
+        When the controller began.
     heard : float
         When the lift reported last.
     progress : float
@@ -31,6 +33,7 @@ class CarTimes:
         Since when robots are in the doorway, and not connected.
     """
 
+    began: float
     heard: float
     progress: float
     mode: float
@@ -60,10 +63,10 @@ class Car:
     """
 
     def __init__(self, shaft: Shaft, session: str, now: float) -> None:
-        self.shaft, self.session = shaft, session
+        self.shaft, self.session, self._since = shaft, session, now
         self.rides: dict[str, LiftRide] = {}
         self.state: LiftState | None = None
-        self.times = CarTimes(heard=float("-inf"), progress=now, mode=now)
+        self.times = CarTimes(began=now, heard=float("-inf"), progress=now, mode=now)
 
     # -- events --------------------------------------------------------------------------------------------------------
 
@@ -157,6 +160,16 @@ class Car:
         """Return whether the lift has reported nothing for a while."""
         return self.state is None or now - self.times.heard > SILENT
 
+    def is_new(self, now: float) -> bool:
+        """Return whether the lift has not reported yet, and could not have been expected to."""
+        return self.state is None and now - self._since <= SILENT
+
+    def serves(self, floor: str, now: float) -> bool:
+        """Return whether robots get to the lift at a floor, sooner or later; people who have it leave it again."""
+        if floor not in self.shaft.levels or self.state is None or self.is_silent(now) or self.is_out_of_order(now):
+            return False
+        return not self.state.floors or floor in self.state.floors
+
     def is_held(self, now: float) -> bool:
         """Return whether the lift obeys the session."""
         state = self.state
@@ -184,11 +197,13 @@ class Car:
 
     def fault(self, now: float) -> str:
         """Return why the lift does not serve robots now; empty if it does."""
-        state, lift = self.state, f"lift {self.lift!r}"
-        if state is None or self.is_silent(now):
-            return f"{lift} reports nothing"
-        if self.is_out_of_order(now):
-            return f"{lift} is in the mode {state.mode!r}"
-        if state.session not in ("", self.session):
-            return f"{lift} is in use by {state.session!r}"
-        return ""
+        disorder, state = self.disorder(now), self.state
+        if not disorder and state is not None and state.session not in ("", self.session):
+            return f"lift {self.lift!r} is in use by {state.session!r}"
+        return disorder
+
+    def disorder(self, now: float) -> str:
+        """Return why the lift serves nobody now; empty if it does."""
+        if self.state is None or self.is_silent(now):
+            return f"lift {self.lift!r} reports nothing"
+        return f"lift {self.lift!r} is in the mode {self.state.mode!r}" if self.is_out_of_order(now) else ""

@@ -6,7 +6,7 @@ open are ended if no ride needs them, for their names are the same.
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -56,7 +56,7 @@ class LiftController:
         self._attendants = {lift: Attendant(car, may_leave) for lift, car in self._cars.items()}
         self._lift_of: dict[str, str] = {}
         self._orphans: list[LiftRide] = []
-        for ride in rides:
+        for ride in _not_ahead(list(rides), now):
             if self._misfit(ride):
                 self._orphans.append(ride)
             else:
@@ -173,16 +173,22 @@ class LiftController:
 
     # -- what is known -------------------------------------------------------------------------------------------------
 
+    def waits(self, now: float) -> dict[tuple[str, str], float]:
+        """Return about how long a robot would wait for each lift at each floor [s]: all whose lifts are known."""
+        known = (car for car in self._cars.values() if not car.is_new(now))
+        return {(car.lift, floor): self.estimate(car.lift, floor, now) for car in known for floor in car.shaft.levels}
+
     def estimate(self, lift: str, origin: str, now: float) -> float:
         """Return about how long a robot would wait for a lift at a floor [s]; infinite if it does not serve robots."""
         car = self._cars.get(lift)
-        if car is None or origin not in car.shaft.levels or car.fault(now):
+        if car is None or not car.serves(origin, now):
             return math.inf
         shaft, settings = car.shaft, car.shaft.settings
         ahead = list(car.rides.values())
         trips = math.ceil(sum(ride.size for ride in ahead) / settings.robots)
         mean = sum(shaft.seconds(ride.origin, ride.destination) for ride in ahead) / max(len(ahead), 1)
-        return trips * mean + 2.0 * ROBOT_TIME * len(ahead) + shaft.seconds(car.at, origin)
+        taken = settings.wait if car.is_taken() else 0.0
+        return taken + trips * mean + 2.0 * ROBOT_TIME * len(ahead) + shaft.seconds(car.at, origin)
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
@@ -210,3 +216,9 @@ class LiftController:
         if not 1 <= ride.size <= car.shaft.settings.robots:
             return f"lift {ride.lift!r} has room for {car.shaft.settings.robots} robots, not {ride.size}"
         return ""
+
+
+def _not_ahead(rides: Sequence[LiftRide], now: float) -> list[LiftRide]:
+    """Return stored rides, all of them earlier if the clock of the computer that stored them was ahead."""
+    ahead = max((ride.since - now for ride in rides), default=0.0)
+    return [replace(ride, since=ride.since - ahead) for ride in rides] if ahead > 0.0 else list(rides)

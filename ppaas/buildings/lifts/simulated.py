@@ -59,6 +59,11 @@ class SimulatedLift:
     now : float
         Time [s], as everywhere here.
     model : LiftModel
+
+    Attributes
+    ----------
+    blocked : bool
+        Whether its light curtain sees something between the doors, which open then.
     """
 
     def __init__(self, lift: str, levels: Mapping[str, float], now: float, model: LiftModel | None = None) -> None:
@@ -68,6 +73,7 @@ class SimulatedLift:
         self._height = min(self._levels.values())
         self._velocity = 0.0
         self._opened = 0.0
+        self.blocked = False
         self._mode: LiftMode = "agv"
         self._session, self._heard = "", now
         self._asked = self._target = next(iter(self._levels))
@@ -160,7 +166,7 @@ class SimulatedLift:
 
     def _move_doors(self, *, open_: bool) -> None:
         change = STEP / max(self._model.doors, STEP)
-        self._opened = min(self._opened + change, 1.0) if open_ else max(self._opened - change, 0.0)
+        self._opened = min(self._opened + change, 1.0) if open_ or self.blocked else max(self._opened - change, 0.0)
 
     def _drive(self) -> None:
         """Accelerate towards the target, as fast as the car can still stop there."""

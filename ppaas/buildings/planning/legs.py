@@ -115,7 +115,7 @@ def _crossing(times: BuildingTimes, number: int, following: int, out: Place) -> 
         return Leg("door", floor, floor, here.place, out, link.metres, times.seconds_of(link), link.name)
     link = times.link_between(number, following)
     kind: Literal["lift", "way"] = "lift" if link.way is None else "way"
-    return Leg(kind, floor, to_floor, here.place, out, link.metres, times.seconds_of(link), link.name)
+    return Leg(kind, floor, to_floor, here.place, out, link.metres, times.seconds_with_wait(link), link.name)
 
 
 def _first_ride(times: BuildingTimes, landing: int, session: Session) -> Leg:

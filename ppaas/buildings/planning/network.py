@@ -96,7 +96,7 @@ class BuildingNetwork:
     links : tuple of BuildingLink
         Lifts and ways, each in every direction in which robots may take it.
     doors : tuple of BuildingLink
-        Doors, each in both directions.
+        Doors, each in every direction in which robots may pass through it.
     """
 
     def __init__(self, layout: BuildingLayout) -> None:
@@ -157,7 +157,8 @@ class BuildingNetwork:
             opens = self.layout.building.door(door.floor, door.door)
             seconds = opens.opens if opens.device else 0.0
             for start, goal in ((one, other), (other, one)):
-                yield BuildingLink(start, goal, door.door, seconds, 2.0 * BEFORE_DOOR)
+                if door.may_pass(self.junctions[start].place[2]):
+                    yield BuildingLink(start, goal, door.door, seconds, 2.0 * BEFORE_DOOR)
 
     def _elevation(self, floor: int) -> float:
         return self.layout.building.floors[floor].elevation

@@ -34,15 +34,12 @@ class Traveller:
         Whether it climbs stairs.
     avoid : frozenset of str
         Ids of lifts and ways that it does not take.
-    waits : mapping of str to float
-        Time until the car of a lift stands open where it is, where that is known better than by its usual wait [s].
     """
 
     speed: float = 0.5
     labels: Mapping[str, str] = field(default_factory=dict)
     stairs: bool = False
     avoid: frozenset[str] = frozenset()
-    waits: Mapping[str, float] = field(default_factory=dict)
 
     def may_take(self, link: BuildingLink) -> bool:
         """Return whether it may take a lift or a way."""
@@ -75,6 +72,7 @@ class BuildingState:
         self.measured = [len(part) < 2 for part in network.parts]
         self.closed: frozenset[tuple[str, str]] = frozenset()
         self.out_of_order: frozenset[str] = frozenset()
+        self.waits: Mapping[tuple[str, str], float] = {}
         self.stamps, self.stamp = [0] * len(network.floors), 0
 
     def measure(self, floor: int, lengths: Matrix) -> None:
@@ -94,6 +92,12 @@ class BuildingState:
         broken = frozenset(names)
         if broken != self.out_of_order:
             self.out_of_order = broken
+            self.stamp += 1
+
+    def expect(self, waits: Mapping[tuple[str, str], float]) -> None:
+        """Expect these waits for lifts [s], by lift and floor, instead of the mean ones; infinite: it is not taken."""
+        if waits != self.waits:
+            self.waits = dict(waits)
             self.stamp += 1
 
     def _changed(self, floors: Iterable[int]) -> None:
@@ -123,7 +127,7 @@ class BuildingTimes:
         self._on_floor: list[Matrix | None] = [None] * floors
         self._seen = [-1] * floors
         self._stamp = -1
-        self._broken: frozenset[str] | None = None
+        self._links_of: tuple[frozenset[str], Mapping[tuple[str, str], float]] | None = None
         count = len(network.portals)
         self._portal_moves = self._portals = np.full((count, count), math.inf)
         self._between: dict[tuple[int, int], Matrix] = {}
@@ -214,7 +218,7 @@ class BuildingTimes:
         self._between.clear()
         self._metres.clear()
         self._chains.clear()
-        if self._broken != self.state.out_of_order:
+        if self._links_of != (self.state.out_of_order, self.state.waits):
             self._use_links()
         for floor, stamp in enumerate(self.state.stamps):
             if self._seen[floor] != stamp:
@@ -226,28 +230,30 @@ class BuildingTimes:
 
     def _use_links(self) -> None:
         """List the lifts and ways that the robot may take and that are in service."""
-        self._broken = self.state.out_of_order
+        self._links_of = self.state.out_of_order, self.state.waits
         self._seen = [-1] * len(self._seen)
         self._portal_moves = np.full_like(self._portal_moves, math.inf)
         self.links = [[] for _ in self.network.junctions]
         for link in self.network.links:
-            if self.traveller.may_take(link) and link.name not in self._broken:
-                seconds = self.seconds_of(link)
+            seconds = self.seconds_with_wait(link)
+            if self.traveller.may_take(link) and link.name not in self.state.out_of_order and math.isfinite(seconds):
                 self.links[link.start].append((link, seconds))
                 at = self._slot[link.start], self._slot[link.goal]
                 self._portal_moves[at] = min(self._portal_moves[at], seconds)
 
+    def seconds_with_wait(self, link: BuildingLink) -> float:
+        """Return the time that a lift or a way takes, with the wait that is expected now [s]."""
+        seconds, waits = self.seconds_of(link), self.state.waits
+        if link.way is not None or not waits:
+            return seconds
+        names = (self.network.floors[self.network.junctions[each].floor] for each in (link.start, link.goal))
+        usual = self.network.layout.building.lift(link.name).wait
+        wait, there = (waits.get((link.name, floor), usual) for floor in names)
+        return seconds - usual + wait if math.isfinite(there) else math.inf
+
     def seconds_of(self, link: BuildingLink) -> float:
         """Return the time that a link takes [s]."""
-        seconds = link.seconds + link.metres / self.traveller.speed + STEP
-        if link.way is None and link.name in self.traveller.waits and self._is_ride(link):
-            usual = self.network.layout.building.lift(link.name).wait
-            seconds += self.traveller.waits[link.name] - usual
-        return seconds
-
-    def _is_ride(self, link: BuildingLink) -> bool:
-        """Return whether a link is a ride in a lift from floor to floor, which begins with a wait."""
-        return self.network.junctions[link.start].floor != self.network.junctions[link.goal].floor
+        return link.seconds + link.metres / self.traveller.speed + STEP
 
     def _floor_moves(self, floor: int) -> Matrix:
         moves = self.state.lengths[floor] / self.traveller.speed + STEP

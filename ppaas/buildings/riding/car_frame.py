@@ -6,7 +6,6 @@ place in it, whatever floor it is at: its pose is carried from landing to landin
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,36 +67,3 @@ def places_in_car(building: Building, landings: Sequence[Landing], landing: Land
 def is_inside(landing: Landing, pose: Pose2D) -> bool:
     """Return whether a pose on the map of a landing is within the outline of the car."""
     return bool(within_polygon(np.array(landing.outline), np.array([pose[:2]]))[0])
-
-
-@dataclass(frozen=True, slots=True)
-class Ride:
-    """A robot in the car: where it was when it came in, and what its odometry said then.
-
-    Parameters
-    ----------
-    building : Building
-    origin : Landing
-        Landing at which it came in.
-    pose : Pose2D
-        Its pose there, on the map of that floor.
-    odom : Pose2D
-        Its odometry at that time.
-    """
-
-    building: Building
-    origin: Landing
-    pose: Pose2D
-    odom: Pose2D
-
-    def here(self, odom: Pose2D) -> Pose2D:
-        """Return where it is in the car by its odometry, on the map of the floor at which it came in.
-
-        The floor moves with the car, so that odometry is as good as on any floor, and a robot that turns round or makes
-        way meanwhile is followed.
-        """
-        return self.pose @ self.odom.inverse() @ odom
-
-    def on(self, landing: Landing, odom: Pose2D) -> Pose2D:
-        """Return where it is on the map of a landing, if the car stands there."""
-        return carried(self.building, self.origin, landing, self.here(odom))

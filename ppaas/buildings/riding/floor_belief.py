@@ -8,6 +8,7 @@ all others together.
 import math
 from collections.abc import Mapping
 
+from ppaas.buildings.riding.air import check_pressure, height_between
 from ppaas.errors import InvalidInput
 
 EXPECTED = 0.9
@@ -21,23 +22,6 @@ HEIGHT, WEATHER = 0.7, 0.003
 
 SURE = 0.999
 """Probability from which on a floor is known."""
-
-GAS, LOWEST, HIGHEST = 8434.0, 30_000.0, 120_000.0
-"""Height in which the pressure of the air falls to 1/e at 15 °C [m], and the range of pressures on Earth [Pa]."""
-
-
-def height_between(below: float, above: float) -> float:
-    """Return the height between two pressures [Pa] of the same weather [m]: positive if the second is less.
-
-    Raises
-    ------
-    InvalidInput
-        A pressure is none of the air on Earth.
-    """
-    for pressure in (below, above):
-        if not LOWEST <= pressure <= HIGHEST:
-            raise InvalidInput(f"a pressure of the air is {LOWEST:g} to {HIGHEST:g} Pa, not {pressure:g}")
-    return GAS * math.log(below / above)
 
 
 class FloorBelief:
@@ -86,7 +70,7 @@ class FloorBelief:
             It is no pressure of the air on Earth.
         """
         if self._pressure is None:
-            height_between(pascal, pascal)
+            check_pressure(pascal)
             self._pressure = pascal, now
             return
         first, since = self._pressure

@@ -71,6 +71,11 @@ class FloorFinder:
     odom : Pose2D
         Odometry of the robot at these poses.
     parameters : AmclParameters
+
+    Attributes
+    ----------
+    looks : int
+        Number of scans that have added to the belief.
     """
 
     def __init__(
@@ -82,7 +87,7 @@ class FloorFinder:
     ) -> None:
         self.belief = belief
         self._odom, self._counted = odom, None if not floors else odom
-        self._still = 0
+        self._still = self.looks = 0
         self._random = np.random.default_rng(0)
         self._candidates = {
             floor: _Candidate(layers, ScanMatch(layers, parameters), pose) for floor, (layers, pose) in floors.items()
@@ -104,6 +109,7 @@ class FloorFinder:
         if all(each.fit < GOOD for each in self._candidates.values()):
             self._search(beams)
         if self._counts(odom):
+            self.looks += 1
             weight = EVIDENCE * len(beams)
             self.belief.scan({floor: weight * each.fit for floor, each in self._candidates.items()})
 
@@ -137,6 +143,11 @@ class FloorFinder:
             return True
         self._still += 1
         return self._still <= STILL
+
+    def on(self, floor: str) -> tuple[Pose2D, bool]:
+        """Return the likeliest pose on the map of a floor, and whether the last scan fits there."""
+        candidate = self._candidates[floor]
+        return candidate.pose, candidate.fit >= GOOD
 
     @property
     def found(self) -> tuple[str, Pose2D] | None:

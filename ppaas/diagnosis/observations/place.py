@@ -36,8 +36,8 @@ class WatchedRobot:
         Whether it localizes itself and follows paths itself, as an AGV does.
     localizes_itself : bool
         Whether it localizes itself, and is driven by velocities.
-    radius : float
-        Largest radius around its centre within its footprint [m].
+    radius : callable
+        Returns the largest radius around its centre within its footprint [m], which grows with a load.
     """
 
     id: str = "ROBOT"
@@ -47,7 +47,7 @@ class WatchedRobot:
     camera: bool = False
     follows_paths: bool = False
     localizes_itself: bool = False
-    radius: float = 0.0
+    radius: Callable[[], float] = lambda: 0.0
 
 
 X_X, Y_Y, YAW_YAW = 0, 7, 35
@@ -78,7 +78,7 @@ class PlaceWatch:
         """Return the facts at monotonic time ``now`` [s], by the last scan and the latest frames of the robot."""
         pose = self._pose
         if pose is None or not pose.is_finite():
-            return PlaceFacts(problem=self.problem, radius=robot.radius)
+            return PlaceFacts(problem=self.problem, radius=robot.radius())
         layers = robot.layers()
         deviation, turn_deviation = self._deviations()
         cell, clearance = _at(pose, layers)
@@ -92,7 +92,7 @@ class PlaceWatch:
             cell=cell,
             clearance=clearance,
             barrier=_barrier(pose, layers),
-            radius=robot.radius,
+            radius=robot.radius(),
         )
 
     def _deviations(self) -> tuple[float | None, float | None]:

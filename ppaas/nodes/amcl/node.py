@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.decoding import from_json
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
@@ -18,12 +18,14 @@ from ppaas.localization.pose_tracker import POINTS, PoseTracker
 from ppaas.localization.scan_match import check_plausible
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import String, Time
+from ppaas.messages.fleet.floors import FindFloorRequest
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.sensor_msgs import FluidPressure, LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity, has_driven
+from ppaas.nodes.amcl.floor_service import FIND_FLOOR, FloorService
 from ppaas.nodes.amcl.messages import ParticleCloud, pose_message, read_initial_pose
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
@@ -52,6 +54,8 @@ class AmclState(msgspec.Struct):
 class AmclNode(Node):
     """Subscribes to scans, ``tf`` and ``initialpose``; publishes ``tf`` map → odom, ``amcl_pose``, ``particlecloud``.
 
+    A robot that rides in lifts may publish ``barometer``; the service ``find_floor`` says on which floor it left.
+
     It behaves as amcl, with one difference: map → odom and ``amcl_pose`` are published for every scan, even if the
     robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
@@ -78,11 +82,13 @@ class AmclNode(Node):
 
     name: ClassVar[str] = "amcl"
     demands: ClassVar[Demands] = Demands(0.15, rates={topics.SCAN.name: topics.SCAN_RATE})
-    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.BAROMETER,
+    )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.TF, topics.AMCL_POSE, topics.PARTICLE_CLOUD, topics.AMCL_STATUS,
     )  # fmt: skip
-    services: ClassVar[tuple[Service, ...]] = (GLOBAL_LOCALIZATION, NOMOTION_UPDATE)
+    services: ClassVar[tuple[Service, ...]] = (GLOBAL_LOCALIZATION, NOMOTION_UPDATE, FIND_FLOOR)
 
     def __init__(
         self,
@@ -110,6 +116,7 @@ class AmclNode(Node):
         self._restored: AmclState | None = None
         self._update_asked = False
         self._search_runs = False
+        self._floors = FloorService(context, parameters)
 
     def start(self) -> None:
         """Watch from now on whether scans are used."""
@@ -141,6 +148,8 @@ class AmclNode(Node):
             self._filter.initialise(*initial)
             self._tracker.forget()
             self._restored = None
+        elif topic == topics.BAROMETER.name:
+            self._floors.heard(expect(message, FluidPressure))
         else:
             try:
                 self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
@@ -151,19 +160,24 @@ class AmclNode(Node):
                 self._process_waiting()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Search for the robot on the whole map, or update with the next scan although the robot has not moved.
+        """Search for the robot on the whole map, update with the next scan, or find its floor after a ride.
 
         Raises
         ------
         InvalidMap
             The map has no free cell.
-        Unavailable
-            The robot localizes itself.
+        Unavailable, Conflict
+            The robot localizes itself, or is not localized yet.
         """
         if not self._parameters.localize:
-            raise Unavailable("the robot localizes itself: parameter localize of amcl is false")
+            kind = Conflict if service == FIND_FLOOR.name else Unavailable  # that is asked again while it may change
+            raise kind("the robot localizes itself: parameter localize of amcl is false")
         if service == GLOBAL_LOCALIZATION.name:
             self._search_everywhere()
+        elif isinstance(request, FindFloorRequest):
+            at, odom = self._map_to_odom, self._continuity.odom
+            self._floors.call(request, reply, None if at is None or odom is None else (at @ odom, odom))
+            return
         else:
             self._update_asked = True
         reply(Empty())
@@ -223,6 +237,8 @@ class AmclNode(Node):
             self._update(scan, odom, stamp)
         elif self._tracker.due(odom, self.context.elapsed()):
             self._align(self._filter.sensor.hits(scan.scan, scan.laser, POINTS), odom)
+        if self._floors.wants_scans:
+            self._floors.scan(self._filter.sensor.hits(scan.scan, scan.laser, POINTS), odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
         self._silence.scan_used(self.context.elapsed())

@@ -23,10 +23,13 @@ class DockedRobot:
     ----------
     at : DockedAt or None
         Where it stands; None if it is not docked.
+    carries : str
+        What it carries, in words; empty if nothing.
     """
 
     def __init__(self, context: Context, patience: float) -> None:
         self.at: DockedAt | None = None
+        self.carries = ""
         self._context, self._patience = context, patience
         self._watch: DockedWatch | None = None
         self._said = ""
@@ -59,7 +62,8 @@ class DockedRobot:
 
     def report(self) -> None:
         """Publish the status if it has changed."""
-        text = "" if self._watch is None else self._watch.report
+        watch = self._watch
+        text = self.carries if watch is None else watch.problem or self.carries or watch.report
         if text != self._said:
             self._said = text
             self._context.publish(topics.DOCK_STATUS.name, String(text))

@@ -10,7 +10,7 @@ from ppaas.docking.failures import DockingFailure, DockNotReached
 from ppaas.docking.orders import Docked, DriveTo, Order
 from ppaas.docking.undocking import Undocking
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import Bool, Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, Twist, Vector3
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_servers import DockError
@@ -70,6 +70,7 @@ class DockingDriver:
         self._began = self._sighted = 0.0
         self._counter = self._own_cancels = 0
         self._staging = ""
+        self._lift: bool | None = None
 
     @property
     def runs(self) -> bool:
@@ -88,7 +89,7 @@ class DockingDriver:
             self.docking = machine
         else:
             self.undocking = machine
-        self._began, self._sighted = now - spent, now
+        self._began, self._sighted, self._lift = now - spent, now, None
         self._own_cancels += 1
         self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID())
         self._cycle = self._context.every(self._period, self.step)
@@ -115,10 +116,17 @@ class DockingDriver:
                 self._execute(DockNotReached("the robot sends no odometry"))
             return
         self._sighted = now
+        order: Order | None
         if self.docking is not None:
-            self._execute(self.docking.step(sight))
+            order, lift = self.docking.step(sight), self.docking.lift
         elif self.undocking is not None:
-            self._execute(self.undocking.step(sight))
+            order, lift = self.undocking.step(sight), self.undocking.lift
+        else:
+            return
+        if lift is not None and lift is not self._lift:
+            self._lift = lift
+            self._context.publish(topics.LIFT.name, Bool(lift))
+        self._execute(order)
 
     def _execute(self, order: Order | None) -> None:
         match order:

@@ -5,12 +5,41 @@ import math
 import msgspec
 
 from ppaas.docking.dock import MappedDock
+from ppaas.docking.docking import DockingPhase
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.messages.nav2_servers import DockRobotGoal, UndockRobotGoal
+from ppaas.messages.nav2_servers import DockPhase, DockRobotGoal, UndockRobotGoal
+from ppaas.nodes import topics
+from ppaas.nodes.docking_server.carried import Load
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
+from ppaas.nodes.nav2_actions import (
+    BACKUP,
+    DRIVE_ON_HEADING,
+    FOLLOW_OBJECT,
+    FOLLOW_PATH,
+    NAVIGATE_THROUGH_POSES,
+    SPIN,
+    WAIT,
+)
 from ppaas.transforms.planar import TransformTree
+
+OTHER_GOALS = (
+    topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.WAYPOINTS_GOAL, NAVIGATE_THROUGH_POSES.goal,
+    FOLLOW_PATH.goal, FOLLOW_OBJECT.goal, SPIN.goal, BACKUP.goal, DRIVE_ON_HEADING.goal, WAIT.goal,
+)  # fmt: skip
+"""Topics of goals that end docking, as they end each other."""
+
+PHASES = {
+    DockingPhase.STAGING: DockPhase.NAV_TO_STAGING_POSE,
+    DockingPhase.PERCEIVING: DockPhase.INITIAL_PERCEPTION,
+    DockingPhase.APPROACHING: DockPhase.CONTROLLING,
+    DockingPhase.PRESSING: DockPhase.CONTROLLING,
+    DockingPhase.WAITING: DockPhase.WAIT_FOR_CHARGE,
+    DockingPhase.LIFTING: DockPhase.WAIT_FOR_CHARGE,
+    DockingPhase.BACKING: DockPhase.RETRY,
+}
+"""States of Nav2's feedback, which has none for a lift."""
 
 
 class DockGoal(msgspec.Struct, frozen=True):
@@ -54,6 +83,8 @@ class UndockGoal(msgspec.Struct, frozen=True):
         Time for it [s].
     start : Pose2D, optional
         Where the robot began, in the odometry frame.
+    placed : str
+        Where it has set its load down, in words; empty if it carried none.
     """
 
     id: str
@@ -62,6 +93,7 @@ class UndockGoal(msgspec.Struct, frozen=True):
     allowance: float = 30.0
     start: Pose2D | None = None
     seconds: float = 0.0
+    placed: str = ""
 
 
 class DockedAt(msgspec.Struct, frozen=True):
@@ -72,13 +104,16 @@ class DockedAt(msgspec.Struct, frozen=True):
 
 
 class DockingState(msgspec.Struct):
-    """Checkpoint of the docking server; `near` says whether the robot was beyond the staging pose."""
+    """Checkpoint of the docking server; `near` says whether the robot was beyond the staging pose, `load` what it
+    carries.
+    """
 
     dock: DockGoal | None = None
     undock: UndockGoal | None = None
     docked: DockedAt | None = None
     near: bool = False
     counter: int = 0
+    load: Load | None = None
 
 
 def dock_goal(goal_id: str, stamp: float, asked: DockRobotGoal, tree: TransformTree, *, charges: bool) -> DockGoal:

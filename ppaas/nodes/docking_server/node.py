@@ -11,21 +11,19 @@ from ppaas.decoding import from_json
 from ppaas.docking.approach import BodyOutline
 from ppaas.docking.charge import ChargeReading
 from ppaas.docking.dock import MappedDock, docks_of
-from ppaas.docking.docking import Docking, DockingPhase
+from ppaas.docking.docking import Docking
 from ppaas.docking.failures import DockingFailure, DockTypeUnknown
 from ppaas.docking.parameters import DockingParameters
 from ppaas.docking.targets import DockTarget, DockTargets
 from ppaas.docking.undocking import Undocking
-from ppaas.errors import PPaaSError, TransformError
-from ppaas.geometry import Pose2D
+from ppaas.errors import PPaaSError
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.std_msgs import Duration
+from ppaas.messages.base.std_msgs import Bool, Duration
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.health.stops import StopState
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav2_servers import (
     DockError,
-    DockPhase,
     DockRobotActionGoal,
     DockRobotFeedback,
     DockRobotResult,
@@ -35,14 +33,17 @@ from ppaas.messages.nav2_servers import (
 from ppaas.messages.operators.teleoperation import TeleopState
 from ppaas.messages.sensor_msgs import BatteryState, LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.navigation.action_goals import GoalList, cancels
+from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.events import CancelReceived
 from ppaas.nodes import topics
 from ppaas.nodes.action_publisher import ActionPublisher
 from ppaas.nodes.base import Context, Node, Payload, Topic
+from ppaas.nodes.docking_server.carried import CarriedLoad
 from ppaas.nodes.docking_server.docked import DockedRobot
 from ppaas.nodes.docking_server.driving import PREFIX, DockingDriver, DockingEnd
 from ppaas.nodes.docking_server.goals import (
+    OTHER_GOALS,
+    PHASES,
     DockedAt,
     DockGoal,
     DockingState,
@@ -53,36 +54,10 @@ from ppaas.nodes.docking_server.goals import (
 from ppaas.nodes.docking_server.senses import DockingSenses
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.nav2_actions import (
-    BACKUP,
-    DOCK_ROBOT,
-    DRIVE_ON_HEADING,
-    FOLLOW_OBJECT,
-    FOLLOW_PATH,
-    NAVIGATE_THROUGH_POSES,
-    SPIN,
-    UNDOCK_ROBOT,
-    WAIT,
-)
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
 
 STATUS_PERIOD, FEEDBACK_PERIOD = 1.0, 0.5
 """Periods of the status lists and of feedback [s]."""
-
-OTHER_GOALS = (
-    topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.WAYPOINTS_GOAL, NAVIGATE_THROUGH_POSES.goal,
-    FOLLOW_PATH.goal, FOLLOW_OBJECT.goal, SPIN.goal, BACKUP.goal, DRIVE_ON_HEADING.goal, WAIT.goal,
-)  # fmt: skip
-"""Topics of goals that end docking, as they end each other."""
-
-PHASES = {
-    DockingPhase.STAGING: DockPhase.NAV_TO_STAGING_POSE,
-    DockingPhase.PERCEIVING: DockPhase.INITIAL_PERCEPTION,
-    DockingPhase.APPROACHING: DockPhase.CONTROLLING,
-    DockingPhase.PRESSING: DockPhase.CONTROLLING,
-    DockingPhase.WAITING: DockPhase.WAIT_FOR_CHARGE,
-    DockingPhase.BACKING: DockPhase.RETRY,
-}
-"""States of Nav2's feedback."""
 
 
 class DockingServerNode(Node):
@@ -111,11 +86,11 @@ class DockingServerNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         *DOCK_ROBOT[:2], *UNDOCK_ROBOT[:2], *OTHER_GOALS, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
         topics.TF, topics.TF_STATIC, topics.SCAN, topics.BATTERY_STATE, topics.DETECTED_DOCK_POSE, topics.STOP_STATE,
-        topics.TELEOP_STATE,
+        topics.TELEOP_STATE, topics.LIFT_STATE,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         *DOCK_ROBOT[2:], *UNDOCK_ROBOT[2:], topics.CMD_VEL, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
-        topics.DOCK_STATUS,
+        topics.DOCK_STATUS, topics.LIFT, topics.LOCAL_LOAD,
     )  # fmt: skip
 
     def __init__(
@@ -128,6 +103,7 @@ class DockingServerNode(Node):
         self._senses = DockingSenses(names)
         self._driver = DockingDriver(context, self._senses, 1.0 / parameters.controller_frequency, self._ended)
         self._docked = DockedRobot(context, parameters.not_charging_timeout)
+        self._load = CarriedLoad(context, parameters)
         self._dock_topics: ActionPublisher[DockGoal] = ActionPublisher(context, DOCK_ROBOT)
         self._undock_topics: ActionPublisher[UndockGoal] = ActionPublisher(context, UNDOCK_ROBOT)
         self._dock_goals: GoalList[DockGoal] = GoalList()
@@ -139,7 +115,7 @@ class DockingServerNode(Node):
             topics.MOVE_BASE_CANCEL.name: self._on_move_base_cancel, topics.MOVE_BASE_RESULT.name: self._on_result,
             topics.SCAN.name: self._on_scan, topics.BATTERY_STATE.name: self._on_battery,
             topics.DETECTED_DOCK_POSE.name: self._on_pose, topics.STOP_STATE.name: self._on_stop,
-            topics.TELEOP_STATE.name: self._on_teleop,
+            topics.TELEOP_STATE.name: self._on_teleop, topics.LIFT_STATE.name: self._on_lift,
         } | {topic.name: self._on_other_goal for topic in OTHER_GOALS}  # fmt: skip
 
     @property
@@ -159,13 +135,7 @@ class DockingServerNode(Node):
     def _publish_statuses(self) -> None:
         self._dock_topics.status(self._dock_goals)
         self._undock_topics.status(self._undock_goals)
-        self._docked.look(self._odometry())
-
-    def _odometry(self) -> Pose2D | None:
-        try:
-            return self._senses.frames.odometry()
-        except TransformError:
-            return None
+        self._docked.look(None if self._docked.at is None else self._senses.odometry())
 
     # -- the robot -----------------------------------------------------------------------------------------------------
 
@@ -180,7 +150,8 @@ class DockingServerNode(Node):
             A frame is unknown.
         """
         if isinstance(message, TFMessage):
-            self._senses.frames.hear(topic, message, self.context.elapsed(), self.context.now())
+            now, stamp = self.context.elapsed(), self.context.now()
+            self._senses.hear(topic, message, now, stamp, at_once=self._driver.runs)
         else:
             self._handlers[topic](message)
 
@@ -197,6 +168,22 @@ class DockingServerNode(Node):
         reading = ChargeReading(now, _finite(state.current), _finite(state.percentage), state.power_supply_status)
         self._driver.take(reading)
         self._docked.take(reading)
+
+    def _on_lift(self, message: Payload) -> None:
+        self._senses.lifted = expect(message, Bool).data
+        if self._driver.docking is None:
+            self._note_load()
+
+    def _note_load(self) -> None:
+        """Take what the lift has reported; where a load was set down is the end of the text of the goal."""
+        if not self._load.note(self._senses.lifted):
+            return
+        self._docked.carries = self._load.report
+        self._docked.report()
+        active, robot = self._undock_goals.active, self._senses.robot_in_map()
+        if active is not None and robot is not None:
+            placed = f"set down at ({robot.x:.2f}, {robot.y:.2f}, {robot.theta:.2f})"
+            active.goal = msgspec.structs.replace(active.goal, placed=placed)
 
     def _on_stop(self, message: Payload) -> None:
         self._stopped = expect(message, StopState).text
@@ -242,7 +229,8 @@ class DockingServerNode(Node):
     def _targets_of(self, goal: DockGoal) -> list[DockTarget]:
         if goal.place is not None:
             return [self._targets.target(goal.place)]
-        return self._targets.named(goal.dock, self._docks, self._senses.robot_in_map())
+        loaded = self._load.load is not None
+        return self._targets.named(goal.dock, self._docks, self._senses.robot_in_map(), loaded=loaded)
 
     def _begin_docking(self, goal: DockGoal, targets: list[DockTarget]) -> None:
         self._docked.dock(None)
@@ -262,9 +250,7 @@ class DockingServerNode(Node):
         goal = UndockGoal(name, stamp)
         try:
             goal = undock_goal(name, stamp, request.goal)
-            kind = goal.dock_type or ("" if self._docked.at is None else self._docked.at.dock.type)
-            if self._docked.at is None and not kind and len(self._parameters.dock_types) > 1:
-                raise DockTypeUnknown("it is not known at which dock the robot stands: name its dock_type")
+            kind = goal.dock_type or self._type_here()
             self._targets.type_of(kind)
             goal = msgspec.structs.replace(goal, dock_type=kind, start=self._senses.frames.odometry())
         except PPaaSError as error:
@@ -274,12 +260,23 @@ class DockingServerNode(Node):
         self._end_all(f"Replaced by another goal: {name}")
         self._begin_undocking(goal)
 
+    def _type_here(self) -> str:
+        """Return the type of the dock at which the robot stands, or sets down what it carries."""
+        if self._load.load is not None:
+            return self._load.load.dock_type
+        if self._docked.at is None and len(self._parameters.dock_types) > 1:
+            raise DockTypeUnknown("it is not known at which dock the robot stands: name its dock_type")
+        return "" if self._docked.at is None else self._docked.at.dock.type
+
     def _begin_undocking(self, goal: UndockGoal) -> None:
         assert goal.start is not None, "a goal to undock knows where it began"
         self._undock_goals.accept(goal)
         until = self.context.elapsed() + goal.allowance - goal.seconds
         _, kind = self._targets.type_of(goal.dock_type)
-        machine = Undocking(goal.start, kind, self._parameters, self._body, braking=self._braking, until=until)
+        machine = Undocking(
+            goal.start, kind, self._parameters, self._body, braking=self._braking, until=until,
+            loaded=self._load.load is not None,
+        )  # fmt: skip
         self._driver.run(machine, goal.seconds)
         self._publish_statuses()
 
@@ -295,13 +292,11 @@ class DockingServerNode(Node):
     # -- cancels, and goals of others ----------------------------------------------------------------------------------
 
     def _on_dock_cancel(self, message: Payload) -> None:
-        active = self._dock_goals.active
-        if active is not None and cancels(self._cancel_of(message), active.goal):
+        if self._dock_goals.cancelled_by(self._cancel_of(message)):
             self._end_all("The goal was cancelled.")
 
     def _on_undock_cancel(self, message: Payload) -> None:
-        active = self._undock_goals.active
-        if active is not None and cancels(self._cancel_of(message), active.goal):
+        if self._undock_goals.cancelled_by(self._cancel_of(message)):
             self._end_all("The goal was cancelled.")
 
     def _on_move_base_cancel(self, message: Payload) -> None:
@@ -328,6 +323,10 @@ class DockingServerNode(Node):
     def _ended(self, end: DockingEnd) -> None:
         """Publish the end of the active goal, if there is one."""
         now, docking = self.context.elapsed(), self._driver.docking
+        if docking is not None:
+            if docking.lift:
+                self._load.expect(docking.dock, self._targets.type_of(docking.dock.type)[0])
+            self._note_load()
         if self._dock_goals.active is not None:
             if end.docked is not None:
                 kind = self._targets.target(end.docked.dock).type
@@ -337,6 +336,7 @@ class DockingServerNode(Node):
         if self._undock_goals.active is not None:
             if end.status is Status.SUCCEEDED:
                 self._docked.dock(None)
+                end = end._replace(text=end.text or self._undock_goals.active.goal.placed)
             self._publish_undock_end(self._undock_goals.end(now, end.status, end.text).goal, end)
 
     def _publish_dock_end(self, goal: DockGoal, end: DockingEnd, retries: int) -> None:
@@ -361,14 +361,15 @@ class DockingServerNode(Node):
         state = DockingState(
             None if dock is None else msgspec.structs.replace(dock.goal, dock=name, seconds=seconds),
             None if undock is None else msgspec.structs.replace(undock.goal, seconds=seconds),
-            self._docked.at, docking is not None and docking.drives_itself, self._counter,
+            self._docked.at, docking is not None and docking.drives_itself, self._counter, self._load.load,
         )  # fmt: skip
         return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
         """Continue the goal of a checkpoint: a robot that was beyond the staging pose looks for the dock from there."""
         restored, now = from_json(state, DockingState), self.context.elapsed()
-        self._counter = restored.counter
+        self._counter, self._load.load = restored.counter, restored.load
+        self._docked.carries = self._load.report
         if restored.docked is not None:
             kind = self._targets.target(restored.docked.dock).type
             self._docked.dock(restored.docked, kind.charging_threshold)

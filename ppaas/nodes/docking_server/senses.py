@@ -13,7 +13,8 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.beams import scan_points
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.nodes.frames import FrameListener, FrameNames
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.frames import FrameListener, FrameNames, LateFrames
 from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.robot_scans import ScanReader
 from ppaas.transforms.planar import tf_time
@@ -40,14 +41,32 @@ class DockingSenses:
     ----------
     names : FrameNames, optional
         Names of the robot's frames.
+
+    Attributes
+    ----------
+    lifted : bool or None
+        Whether the lift is up; None as long as the robot does not report that.
     """
 
     def __init__(self, names: FrameNames | None = None) -> None:
-        self.frames = FrameListener(names)
-        self._scans = ScanReader(self.frames)
+        self._late = LateFrames(names)
+        self._scans = ScanReader(self._late.now())
+        self.lifted: bool | None = None
         self._scan: _Seen | None = None
         self._given: _Seen | None = None
         self._used: tuple[float, float] = (-math.inf, -math.inf)
+
+    def hear(self, topic: str, message: TFMessage, now: float, stamp: float, *, at_once: bool) -> None:
+        """Take transforms, at once or when they are needed; see `FrameListener.hear`."""
+        if at_once:
+            self.frames.hear(topic, message, now, stamp)
+        else:
+            self._late.keep(topic, message, now, stamp)
+
+    @property
+    def frames(self) -> FrameListener:
+        """Frames of the robot."""
+        return self._late.now()
 
     def take_scan(self, scan: LaserScan, now: float) -> None:
         """Take a scan.
@@ -82,6 +101,13 @@ class DockingSenses:
         except TransformError:
             return self.frames.odometry()
 
+    def odometry(self) -> Pose2D | None:
+        """Return the pose of the robot in the odometry frame; None without odometry."""
+        try:
+            return self.frames.odometry()
+        except TransformError:
+            return None
+
     def robot_in_map(self) -> Pose2D | None:
         """Return the pose of the robot in the frame of the map; None as long as it is not localized."""
         try:
@@ -99,13 +125,13 @@ class DockingSenses:
         held : str
             Why the robot must stand; empty if it may drive.
         """
-        try:
-            odometry = self.frames.odometry()
-        except TransformError:
+        odometry = self.odometry()
+        if odometry is None:
             return None
         robot = self.robot_in_map()
         in_odom = None if robot is None else odometry @ robot.inverse()
-        return Sight(now, odometry, in_odom, self._view(odometry, now), held or self._silence(now))
+        view = self._view(odometry, now)
+        return Sight(now, odometry, in_odom, view, held or self._silence(now), self.lifted)
 
     def _silence(self, now: float) -> str:
         if self.frames.odometry_silence(now) > SILENT:

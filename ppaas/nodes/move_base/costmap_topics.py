@@ -13,7 +13,7 @@ import numpy as np
 
 from ppaas.costmap.costmap import Costmap, occupancy_of
 from ppaas.errors import InvalidInput, PPaaSError
-from ppaas.footprints import Footprint
+from ppaas.footprints import Footprint, disc_outline
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
@@ -37,9 +37,6 @@ REPEAT_PERIOD = 10.0
 
 EARLY = 1e-6
 """Time by which a timer may be early [s]."""
-
-DISC_CORNERS = 16
-"""Corners of the polygon of a robot that is a disc, as in costmap_2d."""
 
 GLOBAL = (topics.GLOBAL_COSTMAP, topics.MOVE_BASE_GLOBAL_COSTMAP)
 LOCAL = (topics.LOCAL_COSTMAP, topics.MOVE_BASE_LOCAL_COSTMAP)
@@ -197,7 +194,7 @@ class CostmapTopics:
     ) -> None:
         self._context = context
         self._around = surroundings
-        self._outline = body.footprint or _disc(body.robot_radius)
+        self._outline = body.footprint or disc_outline(body.robot_radius)
         period = 1.0 / publish_frequency if publish_frequency else math.inf
         self.period = min(GLOBAL_PERIOD, period)
         self._global = GridTopics(context, GLOBAL, GLOBAL_PERIOD, REPEAT_PERIOD)
@@ -234,11 +231,6 @@ def _render(costmap: Costmap, stamp: Time, last: RenderedCostmap | None) -> Rend
     if last is not None and last.grid.info == grid.info and np.array_equal(last.grid.data, grid.data):
         return last
     return RenderedCostmap(grid, to_message(grid, MAP, stamp))
-
-
-def _disc(radius: float) -> Footprint:
-    angles = [2.0 * math.pi * number / DISC_CORNERS for number in range(DISC_CORNERS)]
-    return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
 def _at(pose: Pose2D, outline: Footprint) -> Polygon:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
-from robots.cli.buildings import building_import, building_plan
+from robots.cli.buildings import building_import, building_plan, building_state
 from robots.cli.buildings.building_plan import draw_floors
 from robots.cli.map_files.publication import NOBODY
 from robots.cli.output import print_warnings, show
@@ -17,7 +17,7 @@ from robots.cli.session import add_limit_argument, add_session_arguments, logged
 from robots.client.cloud_url import path_of
 
 NAME = "building"
-HELP = "put, list, check, share, lay out, import and remove buildings of several floors"
+HELP = "put, list, check, share, lay out, watch, import and remove buildings of several floors"
 
 ROOT = "buildings"
 COLUMNS = ("id", "owner", "version", "floors", "readers", "created", "author", "message")
@@ -59,6 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     each["layout"].add_argument("--picture", type=Path, metavar="FILE.png", help="draw all floors side by side")
     for verb in (listing, *each.values()):
         add_session_arguments(verb)
+    building_state.configure(verbs)
     building_plan.configure(verbs)
     building_import.configure(verbs)
 
@@ -161,6 +162,7 @@ _VERBS = {
     "share": _share,
     "layout": _layout,
     "remove": _remove,
+    "state": building_state.show_state,
     "plan": building_plan.plan_over_floors,
     "import": building_import.import_building_file,
 }

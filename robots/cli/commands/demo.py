@@ -26,7 +26,7 @@ HELP = "start a cloud on this machine and drive simulated robots in it"
 
 ADMIN = "admin"
 
-DRIVE, PEOPLE, FLEET = "drive", "people", "fleet"
+DRIVE, PEOPLE, FLEET, BUILDING = "drive", "people", "fleet", "building"
 """What the demo shows."""
 
 ROBOTS, GOALS = 3, 2
@@ -34,6 +34,9 @@ ROBOTS, GOALS = 3, 2
 
 FOR_PEOPLE = {"people": 5, "seconds": 60.0, "detectors": "robot", "sensor": "camera"}
 """Defaults of the options of the demo of people."""
+
+DEVICES = ("--device-host", "127.0.0.1")
+"""Arguments of a cloud that leads the lifts and doors of a simulated building."""
 
 MOST_EXPLORERS = 4
 """Largest number of robots that explore at once."""
@@ -44,10 +47,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "show",
         nargs="?",
-        choices=(DRIVE, PEOPLE, FLEET),
+        choices=(DRIVE, PEOPLE, FLEET, BUILDING),
         default=DRIVE,
-        help="robots that drive to goals (the default), that find, count and follow people, or that drive to goals by "
-        "the traffic of the map",
+        help="robots that drive to goals (the default), that find, count and follow people, that drive to goals by "
+        "the traffic of the map, or that take lifts to goals on other floors",
     )
     parser.add_argument("--robots", type=whole(), default=ROBOTS, help="simulated robots (%(default)s)")
     parser.add_argument(
@@ -99,6 +102,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
     if arguments.show == FLEET and arguments.explore:
         raise InvalidParameter("the demo of a fleet has no explorers, whose map is new: leave out --explore")
+    if arguments.show == BUILDING and (arguments.explore or arguments.map):
+        raise InvalidParameter("the demo of a building makes its maps: leave out --explore and --map")
     if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
         raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
     if arguments.show != PEOPLE and any(getattr(arguments, name) != value for name, value in FOR_PEOPLE.items()):
@@ -121,7 +126,8 @@ async def _run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=arguments.json)
     options = _options(arguments, console)
     async with contextlib.AsyncExitStack() as stack:
-        cloud = _access(arguments) or await _own_cloud(stack, options)
+        devices = DEVICES if arguments.show == BUILDING else ()
+        cloud = _access(arguments) or await _own_cloud(stack, options, devices)
         report = await _show(arguments, options, cloud)
     if arguments.json:
         sys.stdout.write(report.to_json() + "\n")
@@ -159,12 +165,12 @@ def _print(console: "Console", line: str) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-async def _own_cloud(stack: contextlib.AsyncExitStack, options: "DemoOptions") -> "CloudAccess":
-    """Start a cloud, which ends with the stack, and write the address of its dashboard."""
+async def _own_cloud(stack: contextlib.AsyncExitStack, options: "DemoOptions", more: tuple[str, ...]) -> "CloudAccess":
+    """Start a cloud with more arguments, which ends with the stack, and write the address of its dashboard."""
     from robots.demo.cloud_process import own_cloud  # noqa: PLC0415
 
     with _status(options) as write:
-        cloud = await stack.enter_async_context(own_cloud(write))
+        cloud = await stack.enter_async_context(own_cloud(write, more))
     options.write(f"dashboard: {cloud.url}  (user {cloud.admin}, password {cloud.password})")
     return cloud
 
@@ -193,6 +199,10 @@ def _demo_of(arguments: argparse.Namespace) -> "Callable[[DemoOptions, CloudAcce
         from robots.demo.people import follow_people  # noqa: PLC0415
 
         return follow_people
+    if arguments.show == BUILDING:
+        from robots.demo.building import send_between_floors  # noqa: PLC0415
+
+        return send_between_floors
     if arguments.explore:
         from robots.demo.exploration import explore_and_drive  # noqa: PLC0415
 

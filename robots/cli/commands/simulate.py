@@ -2,7 +2,6 @@
 
 import argparse
 import logging
-from functools import partial
 from pathlib import Path
 
 from ppaas.log_lines import log_lines
@@ -28,8 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="run nodes of the clone on this computer: those that perform better here, or the ones named",
     )
     parser.add_argument(
-        "--docks", type=Path, metavar="ZONES.geojson", help="put chargers at the docks of these zones, and a battery "
-        "into the robot",
+        "--docks", type=Path, metavar="ZONES.geojson", help="put chargers and shelves at the docks of these zones, and "
+        "a battery and a lift into the robot",
     )  # fmt: skip
     parser.add_argument("--charge", type=float, default=0.5, help="with --docks: charge at the start (%(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise (%(default)s)")
@@ -47,13 +46,14 @@ async def _run(arguments: argparse.Namespace) -> None:
     import asyncio  # noqa: PLC0415
 
     from ppaas.zones.reading import zones_of  # noqa: PLC0415
+    from ppaas.zones.zone import NO_ZONES  # noqa: PLC0415
     from robots.client.map_files import read_map_file  # noqa: PLC0415
     from robots.client.robot_client import RobotClient  # noqa: PLC0415
     from robots.client.robot_file import load_robot_file  # noqa: PLC0415
     from robots.onboard.computer import this_computer  # noqa: PLC0415
     from robots.onboard.local_nodes import parse_wanted_homes, run_local_nodes  # noqa: PLC0415
     from robots.onboard.task_group import run_together  # noqa: PLC0415
-    from robots.sim.docks.fitting import RobotBattery, fit_chargers  # noqa: PLC0415
+    from robots.sim.docks.fitting import fit_docks  # noqa: PLC0415
     from robots.sim.driver import Driver  # noqa: PLC0415
     from robots.sim.odometry import OdometryNoise  # noqa: PLC0415
     from robots.sim.robot import SimulatedRobotModel  # noqa: PLC0415
@@ -64,15 +64,15 @@ async def _run(arguments: argparse.Namespace) -> None:
     robot_file = load_robot_file(arguments.robot)
     robot_id = arguments.id or arguments.robot.stem
     world = World(read_map_file(arguments.map), arguments.seed)
-    chargers = () if arguments.docks is None else fit_chargers(world, zones_of(arguments.docks.read_bytes()))
+    zones = NO_ZONES if arguments.docks is None else zones_of(arguments.docks.read_bytes())
+    docks = fit_docks(world, zones, robot_file.parameters)
     robot = world.add_robot(robot_file.pose, SimulatedRobotModel(odometry=OdometryNoise(drift=arguments.drift)))
-    battery = RobotBattery(robot, chargers, seed=arguments.seed, charge=arguments.charge)
-    charged = partial(battery.after_step, world.dt)
+    parts = docks.parts_of(robot, seed=arguments.seed, charge=arguments.charge)
     await logged_in(arguments).put_robot(robot_id, robot_file)
     async with RobotClient(arguments.url, robot=robot_id, token=token_of(arguments)) as client:
         logger.info("robot %s is connected to %s; stop it with Ctrl-C", robot_id, arguments.url)
-        driver = Driver(robot, client, battery=battery if arguments.docks is not None else None)
-        running = [Simulator(world, after_step=charged).run(), driver.run()]
+        driver = Driver(robot, client, battery=parts.battery if zones.zones else None, lift=parts.lift)
+        running = [Simulator(world, after_step=parts.after_step).run(), driver.run()]
         if wanted:
             running.append(run_local_nodes(client, await asyncio.to_thread(this_computer), wanted, logger.info))
         await run_together(*running)

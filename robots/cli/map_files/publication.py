@@ -9,7 +9,8 @@ from robots.cli.session import logged_in
 from robots.cli.verbs import map_versions
 from robots.cli.verbs.map_versions import whole_version
 
-COLUMNS = ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description", "traffic")
+_GRID = ("width", "height", "resolution", "origin")
+COLUMNS = ("id", "owner", "version", *_GRID, "readers", "description", "traffic", "georeference")
 
 NOBODY = "-"
 

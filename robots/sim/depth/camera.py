@@ -191,6 +191,10 @@ class DepthCamera:
         self._inverse = np.empty((model.height, model.width))
         self._millimetres, self._noise = _steps(model), _noise(model, rng)
 
+    def look_at(self, occupied: NDArray[np.bool_], info: GridInfo) -> None:
+        """Measure another map from now on."""
+        self._occupied, self._info = occupied, info
+
     def measure(self, pose: Pose2D, scene: Scene) -> DepthImage:
         """Return a depth image, (height, width) uint16 [mm]; 0 without a reading.
 

@@ -4,11 +4,10 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from functools import partial
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
-from ppaas.messages.actionlib_msgs import GoalStatus
+from ppaas.messages.actionlib_msgs import GoalStatus, Status
 from ppaas.messages.nav2_servers import (
     DockRobotFeedback,
     DockRobotGoal,
@@ -20,9 +19,10 @@ from ppaas.messages.nav2_servers import (
 from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
 from ppaas.zones.zone import ZoneSet
 from robots.client.action_client import ActionClient
+from robots.client.move_base import MoveBaseClient
 from robots.client.robot_client import RobotClient
-from robots.sim.docks.charger import Charger
-from robots.sim.docks.fitting import RobotBattery, fit_chargers
+from robots.client.robot_file import RobotFile
+from robots.sim.docks.fitting import DockingParts, DocksOfWorld, fit_docks
 from robots.sim.driver import Driver
 from robots.sim.robot import SimulatedRobot
 from robots.sim.simulator import Simulator
@@ -35,8 +35,8 @@ class DockedScene:
 
     operator: RobotClient
     robot: SimulatedRobot
-    battery: RobotBattery
-    chargers: tuple[Charger, ...]
+    docks: DocksOfWorld
+    parts: DockingParts
     feedback: list[DockRobotFeedback] = field(default_factory=list)
 
     async def dock(self, name: str) -> tuple[GoalStatus, DockRobotResult]:
@@ -57,27 +57,32 @@ class DockedScene:
         assert result is not None, status
         return status, result
 
+    async def drive(self, target: Pose2D) -> None:
+        """Drive to a pose."""
+        outcome = await (await MoveBaseClient(self.operator).start()).go(target)
+        assert outcome.status is Status.SUCCEEDED, outcome
+
 
 @asynccontextmanager
 async def docked_scene(
-    url: str, token: str, robot_id: str, grid: GridMap, pose: Pose2D, zones: ZoneSet
+    url: str, token: str, robot_id: str, grid: GridMap, zones: ZoneSet, file: RobotFile
 ) -> AsyncIterator[DockedScene]:
-    """Simulate a robot in a world with a charger at each dock, and connect it to a cloud."""
+    """Simulate a robot in a world with a charger or a shelf at each dock, and connect it to a cloud."""
     world = World(grid)
-    chargers = fit_chargers(world, zones)
-    simulated = world.add_robot(pose)
-    battery = RobotBattery(simulated, chargers)
+    docks = fit_docks(world, zones, file.parameters)
+    simulated = world.add_robot(file.pose)
+    parts = docks.parts_of(simulated)
     async with (
         RobotClient(url, robot=robot_id, token=token) as robot,
         RobotClient(url, robot=robot_id, token=token, role="operator") as operator,
     ):
-        simulator = Simulator(world, after_step=partial(battery.after_step, world.dt))
+        simulator = Simulator(world, after_step=parts.after_step)
         tasks = [
-            asyncio.create_task(Driver(simulated, robot, battery=battery).run()),
+            asyncio.create_task(Driver(simulated, robot, battery=parts.battery, lift=parts.lift).run()),
             asyncio.create_task(simulator.run()),
         ]
         try:
-            yield DockedScene(operator, simulated, battery, chargers)
+            yield DockedScene(operator, simulated, docks, parts)
         finally:
             for task in tasks:
                 task.cancel()

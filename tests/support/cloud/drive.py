@@ -16,6 +16,7 @@ from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient
 from robots.demo.scorer import Scorer
 from robots.sim.driver import Driver
+from robots.sim.floors.building import SimulatedBuilding
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
@@ -26,7 +27,7 @@ class Drive:
 
     operator: RobotClient
     robot: RobotClient
-    world: World
+    world: World | SimulatedBuilding
     scorer: Scorer
     commands: list[tuple[float, Twist]] = field(default_factory=list)
     poses: list[PoseWithCovarianceStamped] = field(default_factory=list)
@@ -71,15 +72,17 @@ async def driving(
     url: str,
     token: str,
     robot_id: str,
-    grid: GridMap,
+    grid: GridMap | None,
     pose: Pose2D,
     *,
     seed: int = 0,
     link: ConnectionOptions | None = None,
     client: type[RobotClient] = RobotClient,
-    shared: World | None = None,
+    shared: World | SimulatedBuilding | None = None,
 ) -> AsyncIterator[Drive]:
-    """Simulate one Turtlebot, in a world of its own or in one that others simulate, and connect it to a cloud."""
+    """Simulate one Turtlebot, on a grid or in a shared world that others simulate, and connect it to a cloud."""
+    if shared is None:
+        assert grid is not None, "a robot needs a map or a shared world"
     world = World(grid, seed) if shared is None else shared
     simulated = world.add_robot(pose)
     loop = asyncio.get_running_loop()

@@ -1,22 +1,21 @@
-"""Building of two floors: its maps, a world with both, and what carries a robot in the car."""
+"""Building of two or three floors: its maps, its simulation, and its record in a cloud."""
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import Any
 
-import numpy as np
-
 from ppaas.buildings.building import Building, Floor, LiftSettings, json_of
-from ppaas.errors import PPaaSError
+from ppaas.buildings.layout import layout_of
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.zones.reading import geojson_of
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 from robots.client.rest import RestClient
+from robots.sim.floors.building import SimulatedBuilding
+from robots.sim.floors.device_server import DeviceServer
+from robots.sim.simulator import Simulator
 from tests.support.cloud.cloud import publish_map
-from tests.support.cloud.drive import Drive
 from tests.support.world.planar_world import walled_map
 
 WIDTH, HEIGHT = 6.6, 4.5
@@ -31,9 +30,7 @@ SHAFT = [
 
 GROUND = walled_map(WIDTH, HEIGHT, [*SHAFT, (4.3, 1.5, 4.5, 4.5)])
 LOFT = walled_map(WIDTH, HEIGHT, [*SHAFT, (3.2, 2.6, 3.8, 3.2), (5.0, 0.8, 5.6, 1.2)])
-BETWEEN = WIDTH + 2.0
-"""Distance between the floors, which are beside each other in the world [m]."""
-
+ATTIC = walled_map(WIDTH, HEIGHT, [*SHAFT, (2.9, 0.3, 3.2, 1.6), (4.0, 3.2, 5.2, 3.5)])
 START, GOAL = Pose2D(1.8, 1.0, 1.57), Pose2D(2.6, 1.4, 0.0)
 CAR = [[0.3, 2.45], [1.9, 2.45], [1.9, 4.2], [0.3, 4.2], [0.3, 2.45]]
 ZONES = ZoneSet(
@@ -44,57 +41,55 @@ ZONES = ZoneSet(
 )
 BUILDING = Building(
     floors=(Floor(name="L1", map="floor-1"), Floor(name="L2", map="floor-2", elevation=3.0)),
-    lifts=(LiftSettings(lift="north", device="sim:", speed=2.0, doors=1.0),),
+    lifts=(LiftSettings(lift="north", speed=2.0, doors=1.0),),
 )
 
 
-def world_of(*floors: GridMap) -> GridMap:
-    """Return floors beside each other."""
-    gap = np.zeros((floors[0].info.height, round((BETWEEN - WIDTH) / floors[0].info.resolution)), np.int8)
-    data = np.hstack([floors[0].data, gap, floors[1].data])
-    return GridMap(data, GridInfo(floors[0].info.resolution, data.shape[1], data.shape[0]))
+HIGHER = Building(floors=(*BUILDING.floors, Floor(name="L3", map="floor-3", elevation=6.0)), lifts=BUILDING.lifts)
+"""The building with a third floor."""
+
+FLOORS = {"floor-1": GROUND, "floor-2": LOFT, "floor-3": ATTIC}
+"""Floors by their maps."""
 
 
-async def put_building(rest: RestClient) -> None:
-    """Publish both maps with their zones, and the building."""
-    for name, grid in (("floor-1", GROUND), ("floor-2", LOFT)):
-        await publish_map(rest, name, grid)
-        await rest.put_zones(name, geojson_of(ZONES))
-    warnings = (await rest.put_building("hotel", json_of(BUILDING)))["warnings"]
-    assert warnings == []
+def simulated_building(seed: int = 0, building: Building = BUILDING) -> SimulatedBuilding:
+    """Return the building with its lift; robots begin on the first floor."""
+    layout = layout_of(building, {floor.name: ZONES for floor in building.floors})
+    return SimulatedBuilding(layout, {floor.name: FLOORS[floor.map] for floor in building.floors}, seed)
 
 
 @asynccontextmanager
-async def carried(clients: list[RestClient], drive: Drive, robot: str) -> AsyncIterator[list[str]]:
-    """Carry a robot in the car to the other floor, once its clone is on that; yield the maps that it was on.
-
-    The cloud is asked by the last of the clients; it may be away for a while.
-    """
-    maps: list[str] = ["floor-1"]
-
-    async def carry() -> None:
-        while True:
-            name = maps[-1]
-            with suppress(PPaaSError):
-                name = (await clients[-1].get(f"/v1/robots/{robot}"))["map"]
-            if name != maps[-1]:
-                maps.append(name)
-                base = drive.world.robots[0].base
-                assert 0.3 < base.pose.x < 1.9 and base.pose.y > 2.45, "it is in the car"
-                base.carry_to(Pose2D(base.pose.x + BETWEEN, base.pose.y, base.pose.theta))
-            await asyncio.sleep(0.05)
-
-    carrying = asyncio.create_task(carry())
-    try:
-        yield maps
-    finally:
-        carrying.cancel()
-        await asyncio.gather(carrying, return_exceptions=True)
+async def simulating(building: SimulatedBuilding) -> AsyncIterator[Building]:
+    """Step a building, and serve its devices; yield its record with their URLs."""
+    async with DeviceServer(building) as devices:
+        stepping = asyncio.create_task(Simulator(building).run())
+        try:
+            yield devices.served(building.layout.building)
+        finally:
+            stepping.cancel()
+            await asyncio.gather(stepping, return_exceptions=True)
 
 
-async def ended(rest: RestClient, robot: str, goal: dict[str, Any]) -> dict[str, Any]:
+async def put_building(rest: RestClient, record: Building) -> None:
+    """Publish the maps of all floors with their zones, and the record of the building."""
+    for floor in record.floors:
+        await publish_map(rest, floor.map, FLOORS[floor.map])
+        await rest.put_zones(floor.map, geojson_of(ZONES))
+    warnings = (await rest.put_building("hotel", json_of(record)))["warnings"]
+    assert warnings == []
+
+
+async def ended(rest: RestClient, robot: str, goal_id: str) -> dict[str, Any]:
     """Wait for the end of a goal, and return it."""
     async with asyncio.timeout(120.0):
-        while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal['id']}"))["state"] in ("pending", "active"):
+        while (last := await rest.get(f"/v1/robots/{robot}/goals/{goal_id}"))["state"] in ("pending", "active"):
+            await asyncio.sleep(0.2)
+    return last
+
+
+async def ended_task(rest: RestClient, path: str) -> dict[str, Any]:
+    """Wait for the end of a task, and return it."""
+    async with asyncio.timeout(120.0):
+        while (last := await rest.get(path))["ended"] is None:
             await asyncio.sleep(0.2)
     return last

@@ -11,6 +11,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.resources.services import Services
+from engine.control.journeys.calls import JourneyCalls
 from ppaas.errors import InvalidInput
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.generate import office
@@ -19,6 +20,7 @@ from ppaas.zones.zone import NO_ZONES, ZoneSet
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fake_journeys import FakeJourneys
 from tests.support.endpoints.serving import serve
 from tests.support.storage.records import GivenMap, put_map
 
@@ -90,7 +92,7 @@ async def _refuse(route: Route, status: int, detail: str) -> None:
 
 
 @asynccontextmanager
-async def serving_map() -> AsyncIterator[tuple[str, str, str]]:
+async def serving_map(journeys: JourneyCalls | None = None) -> AsyncIterator[tuple[str, str, str]]:
     """Serve `GRID` as ann's map office, which bob may read; return the URL and the tokens of both."""
     store, maps = MemoryStore(), MemoryMapStore()
     accounts = Accounts(store, passwords=Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=1))
@@ -100,5 +102,7 @@ async def serving_map() -> AsyncIterator[tuple[str, str, str]]:
     put_map(maps, GivenMap("office", "ann", yaml, image, readers=("bob",)))
     with closing(accounts):
         tokens = [await accounts.login(user, "correct horse") for user in ("ann", "bob")]
-        async with serve(create_app(Services(store, maps, accounts, FakeCloud()))) as port:
+        async with serve(
+            create_app(Services(store, maps, accounts, FakeCloud(), journeys=journeys or FakeJourneys()))
+        ) as port:
             yield f"http://127.0.0.1:{port}", tokens[0], tokens[1]

@@ -48,6 +48,11 @@ export class CloudState {
     this.at = new Date();
   }
 
+  /** Read buildings again at the next look: one was changed. */
+  forgetBuildings() {
+    this.#looked = -Infinity;
+  }
+
   /** Buildings change rarely. */
   async #readBuildings(rest) {
     if (performance.now() - this.#looked < PERIOD) return;

@@ -1,5 +1,6 @@
 /** The dashboard of one login: what the cloud says goes to the parts of the page, and what they are told to the cloud. */
 
+import { BuildingView } from "./building_view.js";
 import { CloudState } from "./cloud_state.js";
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
@@ -52,6 +53,7 @@ export class Dashboard {
   #people;
   #traffic;
   #zones;
+  #building;
   #places;
   #pages;
   #poller;
@@ -73,10 +75,11 @@ export class Dashboard {
     this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
     const draws = (hint) => this.#tools.pause(hint);
     this.#zones = new Zones(rest, { ...told, draws });
+    this.#building = new BuildingView(rest, this.#cloud, told);
     this.#places = new PlacePicker({ ...told, draws });
     this.#stage.renderer.put("places", this.#places);
     this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
-    for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
+    for (const layer of ["people", "traffic", "zones", "building"]) this.#switch(layer, true);
     this.#table = new FleetTable((robot) => this.#goTo(robot));
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     const context = {
@@ -120,6 +123,7 @@ export class Dashboard {
     showContainers(containers, isAdmin);
     this.#refresh();
     this.#pages.update();
+    this.#building.follow(this.#maps.current);
     this.#traffic.follow(this.#mapPath, hasTraffic(containers, me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
     await this.#people.poll(map ? this.#mapPath : null);
@@ -225,7 +229,7 @@ export class Dashboard {
   }
 
   #switch(layer, on) {
-    const drawn = { people: this.#people, traffic: this.#traffic, zones: this.#zones }[layer]?.layer;
+    const drawn = { people: this.#people, traffic: this.#traffic, zones: this.#zones, building: this.#building }[layer]?.layer;
     if (!drawn) this.#fleet.layer(layer, on);
     else if (on) this.#stage.renderer.put(layer, drawn);
     else this.#stage.renderer.remove(layer);

@@ -4,7 +4,7 @@ import { MapPicture } from "./map_picture.js";
 import { placesOf } from "./robot_names.js";
 import { body, dashes, dots, label, line, target, widthOf } from "./shapes.js";
 
-/** @typedef {"zones" | "traffic" | "people" | "places"} Extra a layer that is not one of robots */
+/** @typedef {"zones" | "building" | "traffic" | "people" | "places"} Extra a layer that is not one of robots */
 
 const LEAST = 8; // pixels: a robot seen from afar is still found
 
@@ -12,8 +12,8 @@ export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
   /**
-   * What else is drawn: zones and the traffic, below robots; people, above their paths and goals; picked places above all.
-   * @type {Map<Extra, import("./zones_layer.js").ZonesLayer | import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer | import("./place_picker.js").PlacePicker>}
+   * What else is drawn: zones, lifts and doors, and the traffic, below robots; people, above their paths and goals; picked places above all.
+   * @type {Map<Extra, import("./zones_layer.js").ZonesLayer | import("./building_layer.js").BuildingLayer | import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer | import("./place_picker.js").PlacePicker>}
    */
   #layers = new Map();
   /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
@@ -94,7 +94,7 @@ export class Renderer {
     context.fillStyle = this.#theme.ground;
     context.fillRect(0, 0, this.#view.width, this.#view.height);
     this.#drawMap(context);
-    for (const name of ["zones", "traffic"]) this.#layers.get(name)?.draw(context, this.#view);
+    for (const name of ["zones", "building", "traffic"]) this.#layers.get(name)?.draw(context, this.#view);
     const links = this.#fleet.links.filter(({ located }) => located);
     for (const link of links) this.#drawSurroundings(context, link);
     for (const link of links) this.#drawTarget(context, link);

@@ -27,7 +27,7 @@ export const TOPICS = {
 };
 
 /** @type {Record<Layer, string>} */
-export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles", people: "People", traffic: "Traffic", zones: "Zones" };
+export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles", people: "People", traffic: "Traffic", zones: "Zones", building: "Lifts and doors" };
 
 /**
  * Return the topics without a layer and those of the shown layers.

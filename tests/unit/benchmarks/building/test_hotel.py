@@ -20,7 +20,7 @@ def test_robots_ride_to_goals_on_other_floors_and_touch_nobody(tmp_path: Path) -
     assert result.goals >= 2 and not result.failed
     assert (result.contacts, result.shut, result.deadlocks) == (0, 0, 0) and result.nearest > 0.0
     assert len(result.waits) >= result.goals <= len(result.drives)
-    assert 0.0 < min(result.passages["boarding"]) and 0.0 < min(result.passages["alighting"])
+    assert min(result.passages["boarding"]) > 0.0 and min(result.passages["alighting"]) > 0.0
     record.write(tmp_path / "run.png", run)
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from benchmarks.building import rides
+from ppaas.buildings.riding.floor_belief import FloorBelief
 from ppaas.buildings.riding.floor_finder import FloorFinder
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
@@ -31,7 +32,7 @@ def test_a_ride_after_which_nothing_is_known_counts_as_late() -> None:
 def test_a_robot_whose_pose_in_the_car_is_wrong_is_found_in_the_lobby() -> None:
     made, random = rides.made_up(5), np.random.default_rng(1)
     landings = {landing.floor: landing for landing in made.layout.landings["lift"]}
-    belief = rides.FloorBelief({floor.name: floor.elevation for floor in made.layout.building.floors}, "L1", "L3")
+    belief = FloorBelief({floor.name: floor.elevation for floor in made.layout.building.floors}, "L1", "L3")
     outside = Pose2D(*landings["L3"].car) @ Pose2D(2.4, 0.3, 0.4)
     robot = rides.LeavingRobot(made, "L3", outside, random)
     wrong = {name: (made.layers[name], Pose2D(*landing.car)) for name, landing in landings.items() if name != "L1"}

@@ -26,6 +26,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
 from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
+from ppaas.nodes.footprint.node import FootprintNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode
 from ppaas.nodes.stop.node import StopNode
@@ -95,8 +96,8 @@ def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
-    added = {DiagnosticsNode, RecorderNode, StopNode}
-    assert built | added == node_classes(), "containers add diagnostics, recorder and stop to every build"
+    added = {DiagnosticsNode, FootprintNode, RecorderNode, StopNode}
+    assert built | added == node_classes(), "containers add these to every build"
 
 
 @pytest.mark.parametrize("service", BUILDS)

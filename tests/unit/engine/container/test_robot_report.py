@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from engine.container.robot_report import BATTERY, BATTERY_AGE, EXPLORING_AGE, MOST_TEXT, RobotReporter
+from engine.container.robot_report import BATTERY, BATTERY_AGE, CONFIRM, EXPLORING_AGE, MOST_TEXT, RobotReporter
 from engine.sessions.host import SessionHost
 from engine.specs.robot_report import StateReport
 from ppaas.clock import ManualClock
@@ -53,6 +53,12 @@ class Scene:
         """Publish the state of the battery as the client of the robot."""
         self.place.client_topics.advertise(BATTERY, "sensor_msgs/BatteryState", (1, None), latch=False)
         self.place.publish(BATTERY, json.dumps(state).encode(), 1, must_arrive=False)
+
+    def button(self, *states: Any, kind: str = "std_msgs/Bool") -> None:
+        """Publish states of the button as the client of the robot."""
+        self.place.client_topics.advertise(CONFIRM, kind, (1, None), latch=False)
+        for state in states:
+            self.place.publish(CONFIRM, json.dumps({"data": state}).encode(), 1, must_arrive=False)
 
     @property
     def now(self) -> StateReport:
@@ -134,6 +140,21 @@ def test_a_charge_that_is_no_share_is_not_known(scene: Scene, state: dict[str, A
     scene.charge({"percentage": 0.8})
     scene.charge(state)
     assert scene.now.battery is None
+
+
+def test_presses_of_the_button_are_counted_and_a_long_one_once(scene: Scene) -> None:
+    scene.button(False, True, True, True)
+    assert scene.now.confirmations == 1
+    scene.button(False, True)
+    assert scene.now.confirmations == 2
+    scene.clock.advance(5.0)
+    scene.button(True)  # a button that sends nothing when it is let go
+    assert scene.now.confirmations == 3
+
+
+def test_a_button_of_another_type_confirms_nothing(scene: Scene) -> None:
+    scene.button("true", kind="std_msgs/String")
+    assert scene.now.confirmations == 0
 
 
 def test_ends_of_goals_that_the_master_does_not_follow_are_passed_on(scene: Scene) -> None:

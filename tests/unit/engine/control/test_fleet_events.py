@@ -10,6 +10,10 @@ from engine.control.fleet_events import EVENT_TYPES, FleetEvent, FleetEvents, Lo
 from engine.control.other_goals import OtherGoals
 from engine.links.presence import RobotPresence
 from engine.master.places import robot_key, robot_of
+from ppaas.buildings.building import Building, Floor
+from ppaas.buildings.doors.states import DoorAlert
+from ppaas.buildings.faults import FaultChange, PartName
+from ppaas.buildings.lifts.states import LiftAlert
 from ppaas.clock import ManualClock
 from ppaas.tasks.records import Task
 from tests.support.endpoints.still_place import StillRobot
@@ -133,6 +137,26 @@ def test_faults_of_the_cloud_belong_to_no_user(events: Heard) -> None:
     assert [(event.type, event.user, event.robot) for event in events.all] == [
         ("alert.container_lost", "", "tb1"), ("alert.machine_lost", "", ""), ("alert.disk_full", "", "")
     ]  # fmt: skip
+    assert set(events.types) <= set(EVENT_TYPES)
+
+
+def test_what_is_wrong_in_a_building_is_reported_to_its_owner_and_to_the_user_of_the_robot(events: Heard) -> None:
+    inn = Building(floors=(Floor(name="L1", map="inn-1"), Floor(name="L2", map="inn-2")))
+    for alert in (
+        LiftAlert("north", "ann/tb1", "robot 'ann/tb1' does not leave"),
+        DoorAlert("L2", "gate", "bob/tb2", "robot 'bob/tb2' stands in door 'gate'"),
+        FaultChange(PartName("lift", "north"), "lift 'north' is in the mode 'fire'"),
+        FaultChange(PartName("door", "gate", "L1"), ""),
+    ):
+        events.building_alerted(("bob", "inn"), inn, alert)
+    assert [(event.type, event.user, event.robot, event.map) for event in events.all] == [
+        ("lift.alert", "bob", "", ""), ("lift.alert", "ann", "tb1", ""), ("door.alert", "bob", "tb2", "inn-2"),
+        ("lift.fault", "bob", "", ""), ("door.ok", "bob", "", "inn-1"),
+    ]  # fmt: skip
+    assert events.all[2].data == {
+        "building": "inn", "owner": "bob", "door": "gate", "floor": "L2",
+        "reason": "robot 'bob/tb2' stands in door 'gate'",
+    }  # fmt: skip
     assert set(events.types) <= set(EVENT_TYPES)
 
 

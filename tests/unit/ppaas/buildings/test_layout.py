@@ -7,8 +7,9 @@ import pytest
 
 from ppaas.buildings.building import Building, DoorSettings, Floor, LiftSettings, WaySettings
 from ppaas.buildings.layout import BEFORE_DOOR, layout_of
+from ppaas.zones.schedule import Hours
 from ppaas.zones.shapes import LineString, Point, Polygon
-from ppaas.zones.zone import Dock, Door, LiftCar, Passage, Zone, ZoneSet
+from ppaas.zones.zone import Dock, Door, LiftCar, OneWay, Passage, Zone, ZoneSet
 
 TWO = Building(floors=(Floor(name="L1", map="a"), Floor(name="L2", map="b", elevation=4.0)))
 
@@ -47,6 +48,31 @@ def test_a_lift_with_two_doors_on_a_floor_has_two_landings_there() -> None:
     found = layout([car(), door(), back], [car(), door()])
     assert [landing.door.door for landing in found.landings["north"]] == ["landing door", "back", "landing door"]
     assert found.landings["north"][1].car[2] == pytest.approx(-math.pi / 2)
+
+
+NOON = [Hours(begin="12:00", end="13:00")]
+
+
+@pytest.mark.parametrize(
+    ("line", "times", "direction"),
+    [
+        ([[1.0, 0.0], [1.0, 4.0]], [], math.pi / 2),
+        ([[1.0, 4.0], [1.0, 0.0]], [], -math.pi / 2),
+        ([[1.0, 0.0], [1.0, 4.0]], NOON, None),
+        ([[9.0, 0.0], [9.0, 4.0]], [], None),
+    ],
+)
+def test_a_one_way_zone_over_a_door_makes_it_a_gate(
+    line: list[list[float]], times: list[Hours], direction: float | None
+) -> None:
+    way = Zone(LineString(line), OneWay(name="out", width=0.5, times=times))
+    found = layout([door(lift=""), way], [])
+    assert found.doors[0].one_way == (direction if direction is None else pytest.approx(direction))
+
+
+def test_a_one_way_zone_does_not_change_the_door_of_a_lift() -> None:
+    way = Zone(LineString([[1.0, 0.0], [1.0, 4.0]]), OneWay(name="out", width=0.5))
+    assert layout([car(), door(), way], [car(), door()]).landings["north"][0].door.one_way is None
 
 
 @pytest.mark.parametrize(

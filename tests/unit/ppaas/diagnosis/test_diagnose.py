@@ -65,7 +65,7 @@ def test_whatever_a_robot_sends_is_judged_without_a_failure(sent: list[tuple[str
         for topic, fields in sent:
             now += 0.5
             recorder.take(topic, message_of(topic, fields), now, 1.7e9 + now)
-        seen = recorder.observations(now, WatchedRobot(layers=lambda: LAYERS, radius=0.2))
+        seen = recorder.observations(now, WatchedRobot(layers=lambda: LAYERS, radius=lambda: 0.2))
     seen.topics, seen.link = [TopicFacts(name="scan", silence=0.1, refused=1, refusal="x")], LINK
     again = observations_from_json(observations_to_json(seen))
     assert [finding.kind for finding in diagnose(again)]

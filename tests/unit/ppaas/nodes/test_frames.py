@@ -15,6 +15,7 @@ from ppaas.messages.tf2_msgs import MAX_FRAMES, TFMessage
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.explore.node import ExploreNode
 from ppaas.nodes.follow_path.node import PathFollowingNode
+from ppaas.nodes.footprint.node import FootprintNode
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.granted_move_base.node import GrantedMoveBaseNode
 from ppaas.nodes.graph import Graph
@@ -95,7 +96,7 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=CAMERAS | PEOPLE)
     exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
-    monitors = (*NodeMonitorNode.publishes, *DiagnosticsNode.publishes)
+    monitors = (*NodeMonitorNode.publishes, *DiagnosticsNode.publishes, *FootprintNode.subscribes)
     following = (*PathFollowingNode.publishes, *PathFollowingNode.subscribes)
     traffic = (*GrantedMoveBaseNode.publishes, *GrantedMoveBaseNode.subscribes, *TrafficNode.publishes)
     others = {topic.name: topic for topic in (*monitors, *following, *GridSlamNode.publishes, *exploring, *traffic)}
@@ -114,7 +115,7 @@ def test_topics_published_once_are_lasting() -> None:
         "move_base/result", "follow_waypoints/result", "spin/result", "backup/result", "wait/result",
         "navigate_through_poses/result", "compute_and_track_route/result", "controller_server/follow_path/result",
         "follow_object/result", "drive_on_heading/result", "dock_robot/result", "undock_robot/result",
-        "explore/result", "map", "map_updates", "tf_static", "follow_path/goal", "stop/state",
+        "explore/result", "map", "map_updates", "tf_static", "follow_path/goal", "stop/state", "lift",
     }  # fmt: skip
     assert all(topic.lasting for topic in TOPICS.values() if topic.published_once)
 

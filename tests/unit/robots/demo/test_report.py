@@ -8,7 +8,7 @@ from rich.console import Console
 from ppaas.geometry import Pose2D
 from robots.demo.demonstration import progress_table
 from robots.demo.mission import Mission
-from robots.demo.report import DemoReport, ExplorationReport, RobotReport
+from robots.demo.report import BuildingReport, DemoReport, ExplorationReport, RobotReport
 from robots.sim.courses import Course
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -54,6 +54,19 @@ def test_a_report_has_a_line_for_each_robot() -> None:
         "tb1: 1 of 2 goals reached, at most 1.50 m off, 12.3 m travelled, 1 contacts",
         "failed in 61 s on map 'depot'",
     ]
+
+
+def test_a_report_of_a_building_has_a_line_about_its_lifts() -> None:
+    robot = RobotReport("tb1", 2, 2, 12.34, [0.03, 0.02])
+    report = BuildingReport(
+        "house", 61.0, [robot], rides=2, lift_wait_mean_s=19.4, lift_wait_max_s=36.0, ride_mean_s=26.0
+    )
+    assert report.passed
+    assert report.lines()[1:] == [
+        "2 rides in lifts: 19 s of waiting in the mean, at most 36 s; 26 s in the car",
+        "passed in 61 s on map 'house'",
+    ]
+    assert json.loads(report.to_json())["lift_wait_max_s"] == 36.0
 
 
 def exploration(**changed: object) -> ExplorationReport:

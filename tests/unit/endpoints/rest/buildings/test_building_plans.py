@@ -18,9 +18,8 @@ REQUEST: dict[str, Any] = {"start": START, "goal": GOAL}
 PLANS, COSTS = "/v1/buildings/hq/plans", "/v1/buildings/hq/costs"
 
 
-@pytest.fixture
-async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> dict[str, str]:
-    """Put a building of ann with two floors and a lift."""
+async def put_two_floors(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> dict[str, str]:
+    """Put a building of ann with two floors and a lift, and return her headers."""
     headers = await log_in("ann")
     for map_id in ("m1", "m2"):
         await publish(headers, map_id)
@@ -29,6 +28,11 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> dic
     answer = await client.put("/v1/buildings/hq", headers=headers | JSON, content=json.dumps(TWO))
     assert answer.status_code == 201, answer.text
     return headers
+
+
+@pytest.fixture
+async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> dict[str, str]:
+    return await put_two_floors(client, log_in, publish)
 
 
 async def test_a_route_has_its_legs_and_its_paths_are_stored(

@@ -34,7 +34,8 @@ async def test_a_published_map_is_described_and_returned_unchanged(
     expected = {"id": "house", "owner": "ann", "version": version, "readers": ["bob", "carl"], "description": ""}
     expected["traffic"] = False
     expected |= {"author": "ann", "message": "", "restored": False, "parts": ["image", "yaml"]}
-    assert body == expected | {"resolution": 0.05, "width": 4, "height": 3, "origin": [-1.0, -2.0, 0.0]}
+    expected |= {"resolution": 0.05, "width": 4, "height": 3, "origin": [-1.0, -2.0, 0.0], "georeference": None}
+    assert body == expected
     assert (await client.get("/v1/maps/house/yaml", headers=ann)).content == YAML
     assert (await client.get("/v1/maps/house/image", headers=ann)).content == pgm()
 
@@ -182,6 +183,17 @@ async def test_a_png_is_published_and_returned_unchanged(
     assert (fetched.content, fetched.headers["content-type"]) == (image, "image/png")
     cells = await client.get("/v1/maps/house/cells", headers=ann)
     assert cells.content == bytes([0, 0, 0, 100, 0, 255])
+
+
+async def test_a_map_is_shown_with_its_georeference(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann, anchor = await log_in("ann"), [48.137154, 11.576124, 0.5]
+    made = await publish(ann, yaml=YAML + b"georeference: [48.137154, 11.576124, 0.5]\n")
+    assert made.json()["georeference"] == anchor
+    assert (await client.get("/v1/maps/house", headers=ann)).json()["georeference"] == anchor
+    wrong = (await publish(ann, yaml=YAML + b"georeference: [91.0, 11.5, 0.0]\n")).json()
+    assert wrong["georeference"] is None
+    assert "a latitude between -90 and 90" in wrong["warnings"][0]
+    assert (await client.get("/v1/maps/house", headers=ann)).json()["georeference"] is None
 
 
 async def test_occupancy_rules_are_stored_with_the_map(

@@ -1,5 +1,6 @@
 import asyncio
 import contextlib
+import math
 
 import pytest
 
@@ -7,7 +8,9 @@ from engine.control.buildings.building_runner import BuildingHooks, BuildingRunn
 from engine.devices.hosts import DeviceHosts
 from ppaas.buildings.doors import controller
 from ppaas.buildings.doors.states import Pass
+from ppaas.buildings.faults import FaultChange, PartName
 from ppaas.buildings.lifts.states import Alight, Board, Refuse, RemoveRide, StoreRide
+from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from tests.support.buildings import LiftServer, layout
 from tests.support.endpoints.serving import serve
@@ -68,7 +71,7 @@ async def test_a_robot_rides_in_a_simulated_lift():
     async with running(master.runner()) as runner:
         await ride(master, runner)
         await until(lambda: runner.view().lifts[0].session == "")
-        assert runner.waits("L1")["A"] < 10.0
+        assert 0.0 < runner.waits()["A", "L1"] < 10.0
 
 
 async def test_a_robot_rides_in_a_lift_behind_http_and_the_view_shows_it():
@@ -93,6 +96,23 @@ async def test_a_door_is_opened_and_let_close():
         assert runner.view().doors[0].robots == ["r"]
         runner.passed("r", "L1", "main")
         await until(lambda: runner.view().doors[0].mode == "closed")
+
+
+async def test_a_lift_out_of_order_and_its_repair_are_reported(monkeypatch):
+    monkeypatch.setattr("ppaas.buildings.faults.PATIENCE", 0.1)
+    master, server, lift = Master(), LiftServer(), PartName("lift", "A")
+    async with serve(server) as port:
+        url = f"http://127.0.0.1:{port}/lift?floors=L1:1,L2:2,L3:3&poll=0.1"
+        async with running(master.runner(lift=url, door=f"http://127.0.0.1:{port}/door?poll=0.1")) as runner:
+            await until(lambda: runner.has_heard_all)
+            server.lift.set_mode("fire", epoch())
+            await until(lambda: FaultChange(lift, "lift 'A' is in the mode 'fire'") in master.alerts)
+            assert all(math.isinf(wait) for wait in runner.waits().values())
+            assert runner.view().lifts[0].fault == "lift 'A' is in the mode 'fire'"
+            server.lift.set_mode("agv", epoch())
+            await until(lambda: FaultChange(lift, "") in master.alerts)
+    ends = {"session": "ppaas/cloud/b/A", "end": True}
+    assert all(order == ends for order in server.orders), "the door was only looked at, and no session is left"
 
 
 async def test_a_runner_that_ends_lets_go_of_a_lift_that_is_called():

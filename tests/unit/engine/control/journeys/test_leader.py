@@ -1,27 +1,44 @@
 """Leader of journeys: which robots it sends where, and what it refuses."""
 
 import asyncio
+import math
 from collections.abc import AsyncIterator
+from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
+from msgspec.structs import replace
 
+from engine.control.counts import ControlCounts
+from engine.control.fleet_events import FleetEvents
 from engine.control.journeys.kept import keep_journeys
 from engine.control.journeys.leader import JourneyLeader, view_of
+from engine.control.planning.building_requests import BuildingScene
+from engine.devices.hosts import DeviceHosts
 from engine.links.presence import RobotPresence
 from engine.master.places import PlaceRequest, robot_key
-from engine.processes.background import cancel_all
 from engine.specs.containers import MapVersion
-from ppaas.buildings.building import Building, Floor
+from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
+from ppaas.buildings.layout import layout_of
+from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidBuilding, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.zones.reading import geojson_of
+from ppaas.zones.zone import ZoneSet
 from storage.buildings.records import BuildingRecord, BuildingVersion
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.records import RobotRecord
+from tests.support.buildings import LiftServer
+from tests.support.endpoints.serving import serve
 from tests.support.engine.specs import robot_config
 from tests.support.storage import records
 from tests.support.waiting import until
+from tests.unit.engine.control.journeys.test_site import Robot
+from tests.unit.engine.control.planning.test_buildings import IndexedPlanning
+from tests.unit.ppaas.buildings.planning.random_buildings import lift, two_floors
 
 KEY = robot_key("ann", "tb1")
 POSE = Pose2D(1.0, 2.0, 0.5)
@@ -35,6 +52,7 @@ class Driver:
         self.presence = RobotPresence(lambda _key: None)
         self.map = "house"
         self.containers = self
+        self.counts, self.events = ControlCounts(), FleetEvents()
 
     def request_of(self, key: str) -> PlaceRequest | None:
         return PlaceRequest("ann", MapVersion(self.map, "v1"), 1.0, robot_config("tb1")) if key == KEY else None
@@ -69,7 +87,7 @@ async def leader(driver: Driver, store: MemoryStore) -> AsyncIterator[JourneyLea
     unused: Any = None
     made = JourneyLeader(driver, unused, store, maps, unused)  # type: ignore[arg-type]
     yield made
-    await cancel_all([known.running for known in made._sites.values()])
+    await made._sites.close()
 
 
 async def test_a_robot_is_sent_in_the_building_that_its_map_is_a_floor_of(leader: JourneyLeader) -> None:
@@ -87,6 +105,22 @@ async def test_a_robot_is_sent_in_the_building_that_its_map_is_a_floor_of(leader
     assert await leader.journeys("ann", "tb2") == []
 
 
+async def test_a_journey_is_planned_for_what_the_robot_can_do(leader: JourneyLeader, store: MemoryStore) -> None:
+    scenes: list[BuildingScene] = []
+
+    async def plan(_user: str, scene: BuildingScene, *_ends: object) -> list[Any]:
+        scenes.append(scene)
+        return [SimpleNamespace(legs=[])]
+
+    leader._planning = SimpleNamespace(plan=plan)  # type: ignore[assignment]
+    store.put_robot(RobotRecord("tb1", "ann", "house", properties={"stairs": True, "arm": "left"}))
+    journey = Journey(id="j", user="ann", robot="tb1", building="hotel", floor="L2", goal=tuple(POSE), on="L1")
+    record = store.building("bob", "hotel")
+    assert await leader._plan(record, layout_of(HOTEL, {}), replace(journey, avoid=("north",)), tuple(POSE)) == []
+    traveller = scenes[0].traveller
+    assert (traveller.stairs, traveller.labels["arm"], traveller.avoid) == (True, "left", frozenset({"north"}))
+
+
 async def test_a_building_that_was_changed_is_read_again_once_nobody_travels(
     leader: JourneyLeader, store: MemoryStore
 ) -> None:
@@ -99,7 +133,7 @@ async def test_a_building_that_was_changed_is_read_again_once_nobody_travels(
     with pytest.raises(InvalidBuilding, match="there is no floor 'L3'"):
         await leader.send_to_floor("ann", "tb1", "L3", POSE)
     await leader.cancel_journey("ann", "tb1", sent.id)
-    await until(lambda: all(known.site.is_idle for known in leader._sites.values()))
+    await until(lambda: all(site.is_idle for site in leader._sites))
     assert (await leader.send_to_floor("ann", "tb1", "L3", POSE)).state == "active"
 
 
@@ -151,3 +185,45 @@ def test_a_journey_that_failed_is_an_aborted_goal() -> None:
     )  # fmt: skip
     view = view_of(journey)
     assert (view.id, view.state, view.text, view.ended) == ("journey-1", "aborted", "fire", 9.0)
+
+
+async def test_a_journey_takes_the_other_lift_while_one_is_out_of_order(
+    driver: Driver, store: MemoryStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gateway, two = LiftServer(), two_floors(lift("south", 4.0, 2.5))
+    gateway.lift.set_mode("fire", epoch())
+    maps = MemoryMapStore()
+    zones = ZoneSet([*lift("north", 1.0, 1.0), *lift("south", 4.0, 2.5)])
+    for name in ("m0", "m1"):
+        records.put_map(maps, records.house(name, zones=geojson_of(zones)))
+    driver.map = "m0"
+    async with serve(gateway) as port:
+        url = f"http://127.0.0.1:{port}/lift?floors=L0:1,L1:2&poll=0.1"
+        lifts = (LiftSettings(lift="north", device=url), LiftSettings(lift="south", device="sim:"))
+        building = msgspec.structs.replace(two.layout.building, lifts=lifts)
+        version = BuildingVersion(number=1, building=building, author="ann", created=1.0)
+        store.put_building(BuildingRecord(user="ann", id="inn", present=version))
+        store.put_robot(RobotRecord("tb1", "ann", "m0"))
+        planning, hosts = IndexedPlanning(two.planner()), DeviceHosts(["127.0.0.1"])
+        leader = JourneyLeader(driver, None, store, maps, planning, hosts=hosts)  # type: ignore[arg-type]
+        monkeypatch.setattr(
+            leader, "_rider", lambda journey, ended: Robot(map="m0", pose=(0.5, 0.5, 0.0), reaches=False)
+        )
+        try:
+            assert await leader.lift_waits("ann", "inn") == []
+            seen = await leader.building_state("ann", "inn")
+            assert [view.fault for view in seen.devices.lifts] == ["lift 'north' is in the mode 'fire'", ""]
+            waits = {(wait.lift, wait.floor): wait.seconds for wait in await leader.lift_waits("ann", "inn")}
+            assert math.isinf(waits["north", "L0"]) and waits["south", "L0"] < 30.0
+            await leader.send_to_floor("ann", "tb1", "L1", Pose2D(0.5, 0.5, 0.0))
+            site = leader._sites.get(("ann", "inn"))
+            assert site is not None
+            await until(lambda: bool(site.journeys[0].legs))
+            assert [leg.name for leg in site.journeys[0].legs if leg.kind == "lift"] == ["south"]
+        finally:
+            await leader._sites.close()
+
+
+async def test_the_state_of_no_building_is_not_found(leader: JourneyLeader) -> None:
+    with pytest.raises(NotFound):
+        await leader.building_state("bob", "motel")

@@ -1,12 +1,12 @@
 """Sites: the orders of journeys are obeyed, also when a store, a robot or a plan is not there at once."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
-from engine.control.buildings.building_runner import NO_SERVICE
 from engine.control.journeys import site as site_module
 from engine.control.journeys.kept import KeptJourneys
 from engine.control.journeys.site import JourneySite, SiteHooks
@@ -16,7 +16,12 @@ from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import Place, layout_of
 from ppaas.buildings.lifts.states import LiftRide, LiftState
-from ppaas.errors import NoValidPath, Unavailable
+from ppaas.buildings.riding.floor_maps import part_around
+from ppaas.errors import Conflict, NotFound, NoValidPath, PPaaSError, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
 from tests.support.waiting import until
@@ -59,6 +64,9 @@ class Robot:
     maps: list[str] = field(default_factory=list)
     left: bool = False
     reaches: bool = True
+    asked: list[FindFloorRequest] = field(default_factory=list)
+    answers: list[FindFloorResponse | PPaaSError] = field(default_factory=list)
+    """Answers to questions for the floor; without one, it is on the floor that it is taken to be on."""
 
     def send(self, goal_id: str, pose: Place) -> None:
         if not self.is_here:
@@ -76,6 +84,15 @@ class Robot:
         self.maps.append(map_id)
         self.map, self.pose = map_id, pose
 
+    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
+        if not request.floors:
+            return FindFloorResponse(pressure=99_000.0)
+        self.asked.append(request)
+        answer = self.answers.pop(0) if self.answers else FindFloorResponse(request.named, known=True)
+        if isinstance(answer, PPaaSError):
+            raise answer
+        return answer
+
     def leave(self) -> None:
         self.left = True
 
@@ -87,7 +104,6 @@ class Around:
     robot: Robot = field(default_factory=Robot)
     kept: list[tuple[list[Journey], list[LiftRide]]] = field(default_factory=list)
     changes: list[Journey] = field(default_factory=list)
-    waits: list[Mapping[str, float]] = field(default_factory=list)
     plan_error: Exception | None = None
     store_errors: int = 0
 
@@ -95,8 +111,7 @@ class Around:
         self.robot.ended = ended
         return self.robot
 
-    async def plan(self, journey: Journey, pose: Place, waits: Mapping[str, float]) -> list[JourneyLeg]:
-        self.waits.append(waits)
+    async def plan(self, journey: Journey, pose: Place) -> list[JourneyLeg]:
         if self.plan_error is not None:
             raise self.plan_error
         return LEGS if journey.on == "L1" else LEGS[2:]
@@ -107,8 +122,13 @@ class Around:
             raise Unavailable("no store")
         self.kept.append((journeys, rides))
 
+    async def parts(self, journey: Journey) -> dict[str, FloorPart]:
+        assert (journey.now.name, journey.out) == ("north", journey.on)
+        grid = GridMap(np.zeros((40, 40), np.int8), GridInfo(0.1, 40, 40))
+        return {name: part_around(grid, Pose2D(1.0, 1.0), name, 0.0) for name in ("L1", "L2")}
+
     def site(self, kept: KeptJourneys | None = None) -> JourneySite:
-        hooks = SiteHooks(self.rider, self.plan, self.keep, self.changes.append)
+        hooks = SiteHooks(self.rider, self.plan, self.keep, self.changes.append, self.parts)
         return JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=kept or KeptJourneys())
 
 
@@ -211,8 +231,66 @@ async def test_a_robot_is_planned_again_when_a_lift_on_its_way_breaks(
     site.begin(JOURNEY)
     running(site)
     await until(lambda: len(around.robot.goals) == 1 and site.runner.lifts.cars["north"].state is not None)
-    assert around.waits[0]["north"] <= NO_SERVICE
     site.runner.lifts.lift_state(LiftState(lift="north", floor="L1", mode="offline"), site._clock())
     await until(lambda: len(around.robot.goals) == 2)
     assert around.robot.cancelled == ["journey-1/1"]
     assert around.changes[-1].avoid == ("north",)
+
+
+async def test_who_looks_sees_the_lift_the_robot_in_it_and_what_has_ended(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    waits: list[float] = []
+    hooks = SiteHooks(around.rider, around.plan, around.keep, around.changes.append, around.parts, waited=waits.append)
+    site = JourneySite("ann/hotel", LAYOUT, hooks, DeviceHosts(), kept=KeptJourneys())
+    running(site)
+    seen = await site.view()
+    assert [(lift.lift, lift.fault) for lift in seen.devices.lifts] == [("north", "")], "after its first report"
+    site.begin(JOURNEY)
+    await until(lambda: any(change.phase == "inside" for change in around.changes))
+    [journey] = (await site.view()).journeys
+    assert (journey.robot, journey.leg, journey.floor, journey.state) == ("tb1", "north", "L2", "active")
+    await until(lambda: site.is_idle, 30.0)
+    [ended] = (await site.view()).journeys
+    assert (ended.state, ended.on, ended.leg) == ("succeeded", "L2", "")
+    assert len(waits) == 1 and 0.0 <= waits[0] < 30.0
+    assert {(wait.lift, wait.floor) for wait in site.waits} == {("north", "L1"), ("north", "L2")}
+
+
+async def test_a_clone_is_asked_for_the_floor_until_it_answers(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.answers = [Unavailable("the container was lost"), FindFloorResponse("L2", known=True)]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 30.0)
+    assert around.changes[-1].state == "succeeded" and len(around.robot.asked) == 2
+    request = around.robot.asked[-1]
+    assert (request.origin, request.destination, request.named, request.pressure) == ("L1", "L2", "L2", 99_000.0)
+    assert 0.0 < request.seconds < 30.0 and [part.floor for part in request.floors] == ["L1", "L2"]
+
+
+@pytest.mark.parametrize("error", [NotFound("service", "find_floor"), Conflict("the robot localizes itself")])
+async def test_a_clone_that_cannot_compare_scans_believes_the_lift(
+    around: Around, running: Callable[[JourneySite], None], error: PPaaSError
+) -> None:
+    around.robot.answers = [error]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 30.0)
+    assert around.changes[-1].state == "succeeded" and len(around.robot.asked) == 1
+
+
+async def test_a_robot_that_scans_show_on_another_floor_goes_on_from_its_map(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.answers = [FindFloorResponse("L1", known=True, pose=Pose.of(Pose2D(1.0, 2.5, 1.5)))]
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: site.is_idle, 60.0)
+    assert around.robot.maps == ["map-2", "map-1", "map-2"], "back, and once more by the lift"
+    assert around.changes[-1].state == "succeeded"
+    assert any("it is on floor 'L1', not on 'L2'" in each.text for each in around.changes)

@@ -149,3 +149,18 @@ async def test_a_floor_without_a_readable_map_is_not_crossed_and_not_entered() -
         await planning.plan("ann", scene, BuildingSpot("L0", 1.0, 1.0), there)
     with pytest.raises(InvalidBuilding, match="no floor 'L7'"):
         await planning.plan("ann", scene, BuildingSpot("L7", 1.0, 1.0), BuildingSpot("L0", 1.0, 1.0))
+
+
+async def test_a_lift_out_of_order_is_not_taken_and_named_if_there_is_no_other() -> None:
+    building, planner = tower()
+    planning = BuildingPlanning(IndexedPlanning(planner), KeptLengths())
+    start, goal = BuildingSpot("L0", 0.5, 0.5), BuildingSpot("L4", 0.5, 0.5)
+    usual = building.layout.building.lift("north").wait
+    taken = []
+    for waits in ({}, {("north", "L0"): usual + 60.0}, {("north", "L0"): math.inf}, {("south", "L0"): math.inf}):
+        [route] = await planning.plan("ann", scene_of(building, waits=waits), start, goal)
+        taken.append(route.names)
+    assert taken == [("north",), ("south",), ("south",), ("north",)]
+    broken = {("north", "L0"): math.inf, ("south", "L0"): math.inf}
+    with pytest.raises(NoValidPath, match="lifts that do not serve robots now: north, south"):
+        await planning.plan("ann", scene_of(building, waits=broken), start, goal)

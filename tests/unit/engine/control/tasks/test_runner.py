@@ -12,7 +12,7 @@ from msgspec import Raw
 
 from engine.control.planning.requests import CostAnswer, CostRequest
 from engine.control.robot_navigation import NavigationClient
-from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
+from engine.control.tasks.group import KEPT_FOR, MOST_ENDED, TaskGroup, obsolete
 from engine.control.tasks.robots import TaskRobots
 from engine.control.tasks.runner import TaskNews, TaskRunner
 from engine.control.tasks.task_maps import TaskMap, task_map_on
@@ -95,6 +95,11 @@ class Hall:
         self.store.put_task(MapTask("ann", "house", Task(id=name, **given)))
         at_once(self.news.changed("ann", "house"))
 
+    def group(self) -> TaskGroup:
+        """Return the only group that is led."""
+        [group] = self.runner._groups.values()
+        return group
+
     def task(self, name: str) -> Task:
         return self.store.task("ann", "house", name).task
 
@@ -109,6 +114,11 @@ def tell(place: StillRobot, x: float, *goals: tuple[str, Status]) -> None:
     place.publish_json("amcl_pose", {"header": {"frame_id": "map"}, "pose": {"pose": pose}})
     statuses = [{"goal_id": {"id": goal}, "status": int(status)} for goal, status in goals]
     place.publish_json("move_base/status", {"status_list": statuses})
+
+
+def report_of(place: StillRobot, **known: Any) -> None:
+    """Let the container of a robot report something."""
+    place.say(robot_link.ContainerBeat(busy=False, report=StateReport(**known)))
 
 
 def ends(place: StillRobot, goal: str, status: Status, text: str = "") -> None:
@@ -210,14 +220,38 @@ async def test_a_confirmed_task_goes_on_and_its_dispatcher_is_not_made_again(hal
     tell(place, 5.0)
     await hall.after(50.0)
     assert goals(place) == []
-    dispatcher = hall.runner._groups["ann", "house"]._dispatcher
+    dispatcher = hall.group()._dispatcher
     kept = hall.store.task("ann", "house", "t")
     hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, confirmed=0)))
     await hall.news.changed("ann", "house")
     tell(place, 5.0)
     await hall.after()
     assert goals(place) == [(GOAL, "task-t-1-0")]
-    assert hall.runner._groups["ann", "house"]._dispatcher is dispatcher
+    assert hall.group()._dispatcher is dispatcher
+
+
+async def test_a_button_of_the_robot_confirms_what_it_holds_for_and_nothing_else(hall: Hall) -> None:
+    place = hall.connect("r")
+    report_of(place, confirmations=3)
+    holds = (PlaceHold(confirm=True), PlaceHold(confirm=True))
+    hall.add("t", 5.0, kind="patrol", places=((5.0, 0.0, 0.0), (9.0, 0.0, 0.0)), holds=holds)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    report_of(place, confirmations=4)  # on its way
+    await hall.after()
+    ends(place, "task-t-0-0", Status.SUCCEEDED)
+    for _ in range(2):
+        await hall.after()
+    assert hall.task("t").needs_confirmation
+    report_of(place, confirmations=5)
+    await hall.after()
+    assert goals(place)[-1] == (GOAL, "task-t-1-0")
+    ends(place, "task-t-1-0", Status.SUCCEEDED)
+    for count in (0, 0, 1):  # of its next container
+        report_of(place, confirmations=count)
+        await hall.after()
+    assert hall.task("t").state == "done"
 
 
 async def test_a_confirmation_survives_a_restart(hall: Hall) -> None:
@@ -357,7 +391,7 @@ async def test_records_that_are_read_again_do_not_delay_the_return_of_a_task(hal
     await hall.after(5.0)
     hall.presence.left(robot_key("ann", "r"))
     await hall.after(20.0)
-    hall.runner._groups["ann", "house"]._forget()
+    hall.group()._forget()
     await hall.after(GONE_AFTER - 20.0 + 1.0)
     assert hall.task("t").state == "queued"
 

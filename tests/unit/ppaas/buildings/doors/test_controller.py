@@ -48,6 +48,15 @@ def test_a_door_is_opened_held_and_left_to_close():
     assert scene.door.state(scene.now).mode == "closed"
 
 
+def test_a_door_that_no_robot_needs_gets_no_order():
+    scene = Scene()
+    assert scene.for_seconds(3.0) == []
+    assert scene.controller.fault(("L1", "main"), scene.now) == ""
+    scene.door.set_fault("offline", scene.now)
+    scene.for_seconds(1.0)
+    assert scene.controller.fault(("L1", "main"), scene.now) == "door 'main' of floor 'L1' is offline"
+
+
 def test_a_door_stays_open_for_the_next_robot():
     scene = Scene()
     scene.approach("r")

@@ -25,6 +25,7 @@ from ppaas.buildings.journeys.records import (
     JourneyOrder,
     Keep,
     LeftCar,
+    LookForFloor,
     SendGoal,
 )
 from ppaas.buildings.layout import BuildingLayout, layout_of
@@ -126,8 +127,9 @@ def test_a_journey_goes_from_leg_to_leg_and_stores_each_step_first() -> None:
     assert change.pose == pytest.approx((21.2, 0.9, math.pi / 2)), "the same place in the car"
     machine.on_floor("L3")
     assert machine.doors_closed("L3") == []
-    [kept, sent] = machine.obey(Alight("tb1", "north", "L3"), 5.0)
-    assert isinstance(kept, Keep) and sent == SendGoal("j1/3", out_at("L3"))
+    [kept, sent, look] = machine.obey(Alight("tb1", "north", "L3"), 5.0)
+    assert isinstance(kept, Keep) and sent == SendGoal("j1/3", out_at("L3")) and look == LookForFloor()
+    assert machine.looked("L3", True, 1.0, out_at("L3"), 5.2) == [Keep(machine.journey)]
     assert machine.obey(Alight("tb1", "north", "L3"), 5.1) == [], "repeated by the controller"
     left, kept, sent = reach(machine)
     assert (left, sent) == (LeftCar(), SendGoal("j1/4", GOAL))
@@ -169,6 +171,8 @@ def test_a_robot_that_is_clear_of_the_doors_makes_way_and_drives_on() -> None:
     assert machine.doors_closed("L3")
     machine.on_floor("L3")
     machine.obey(Alight("tb1", "north", "L3"), 5.0)
+    assert machine.seen_at("L3", (21.0, 2.8, 1.6), 5.1) == [], "its scans are still compared"
+    machine.looked("L3", True, 1.0, (21.0, 2.4, 1.6), 5.1)
     assert machine.seen_at("L3", (21.0, 2.5, 1.6), 5.2) == []
     left, kept, sent = machine.seen_at("L3", (21.0, 2.8, 1.6), 5.4)
     assert (left, kept, sent) == (LeftCar(), Keep(machine.journey), SendGoal("j1/4", GOAL))
@@ -227,25 +231,11 @@ def test_a_lift_that_stops_on_another_floor_lets_it_out_there_and_the_rest_is_pl
     [_, change] = machine.obey(Alight("tb1", "north", "L2"), 5.0)
     assert isinstance(change, ChangeFloor) and change.pose == pytest.approx((11.0, 1.0, math.pi / 2))
     assert goals(machine.on_floor("L2")) == [SendGoal("j1/3", pytest.approx(out_at("L2")))]
+    machine.looked("L2", False, 0.95, out_at("L2"), 5.5)
     left, _, find = reach(machine)
     assert (left, find) == (LeftCar(), FindLegs(1))
     assert machine.planned(0, legs_from("L1"), 6.0) == [], "an earlier plan is too late"
     assert goals(machine.planned(1, legs_from("L2"), 6.0)) == [SendGoal("j1/4", wait_at("L2"))]
-
-
-@pytest.mark.parametrize("phase", ["alighting", "driving"])
-def test_a_robot_that_scans_show_on_another_floor_goes_on_from_there(phase: str) -> None:
-    machine = aboard()
-    machine.doors_closed("L3")
-    machine.on_floor("L3")
-    machine.obey(Alight("tb1", "north", "L3"), 5.0)
-    if phase == "driving":
-        reach(machine)
-    assert machine.is_really_on("L3", (21.0, 3.0, 0.0), 6.0) == []
-    orders = machine.is_really_on("L2", (11.0, 2.6, 1.6), 6.0)
-    assert isinstance(orders[0], CancelGoal) and (LeftCar() in orders) is (phase == "alighting")
-    assert ChangeFloor("L2", (11.0, 2.6, 1.6)) in orders and orders[-1] == FindLegs(1)
-    assert machine.journey.on == "L2"
 
 
 def test_a_lift_that_refuses_is_avoided_and_tried_again_only_if_there_is_no_other_way() -> None:
@@ -345,6 +335,8 @@ class Site:
     """Floor at which the robot boarded, while it is in the car."""
 
     restarts: int = 0
+    looks_at: float = math.inf
+    """Time at which the scans of the robot have been compared with the maps."""
 
     def __post_init__(self) -> None:
         self.random = random.Random(self.seed)
@@ -382,6 +374,13 @@ class Site:
                 self.obey(self.machine.planned(number, legs_from(self.machine.journey.on), self.now))
             case ChangeFloor(floor, _):
                 self.floor = floor
+            case LookForFloor():
+                self.looks_at = self.now + self.random.uniform(0.0, 4.0)
+            case _:
+                self.ask(order)
+
+    def ask(self, order: JourneyOrder) -> None:
+        match order:
             case AskForLift(lift, origin, destination):
                 self.lead(self.controller.request("tb1", lift, origin, destination, self.now))
             case EnteredCar():
@@ -414,6 +413,9 @@ class Site:
             self.obey(self.machine.doors_closed(self.controller.target("north")))
         if self.floor != self.machine.journey.on:
             self.obey(self.machine.on_floor(self.floor))
+        if self.now >= self.looks_at:
+            self.looks_at = math.inf
+            self.obey(self.machine.looked(self.floor, True, 1.0, out_at(self.floor), self.now))
         for name, (pose, due) in tuple(self.sent.items()):
             if name not in self.done and self.now >= due and name == self.machine.journey.goal_id:
                 self.done.add(name)

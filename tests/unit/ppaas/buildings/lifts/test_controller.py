@@ -414,6 +414,27 @@ def test_a_queue_makes_the_estimated_wait_longer_and_a_fault_infinite():
     assert math.isinf(scene.controller.estimate("A", "L2", scene.now))
 
 
+def test_waits_are_known_once_a_lift_could_have_reported():
+    scene = Scene()
+    assert scene.controller.waits(scene.now) == {}
+    scene.for_seconds(1.0)
+    assert set(scene.controller.waits(scene.now)) == {("A", floor) for floor in FLOORS}
+    scene.for_seconds(6.0, floors=("L1", "L2"))
+    waits = scene.controller.waits(scene.now)
+    assert [math.isinf(waits["A", floor]) for floor in FLOORS] == [False, False, True], "it does not stop there now"
+    assert math.isinf(waits["B", "L1"]), "it should have reported by now"
+
+
+def test_people_who_have_a_lift_make_the_wait_longer():
+    scene = Scene()
+    scene.for_seconds(1.0)
+    free = scene.controller.estimate("A", "L2", scene.now)
+    for changes in ({"mode": "human"}, {"mode": "agv", "session": "somebody"}):
+        scene.for_seconds(1.0, **changes)
+        taken = scene.controller.estimate("A", "L2", scene.now)
+        assert taken == free + BUILDING.lift("A").wait
+
+
 def test_an_old_request_is_served_before_many_newer_ones():
     scene = Scene()
     scene.for_seconds(0.5)
@@ -455,3 +476,30 @@ def test_robots_are_fetched_in_the_order_of_their_requests_if_all_are_old_at_onc
         scene.request(name, "L1", "L3")
     scene.for_seconds(0.5)
     assert scene.controller.target("A") == "L3"
+
+
+@pytest.mark.parametrize("ahead", [0.0, 30.0, 3600.0, -3600.0])
+def test_a_waiting_robot_keeps_its_ride_when_another_computer_takes_over(ahead):
+    """The clock of the other computer may be apart, and it hears the lift only after a moment."""
+    scene = Scene()
+    scene.for_seconds(1.0)
+    scene.request("first", "L1", "L3")
+    scene.now += 5.0
+    scene.request("then", "L1", "L2")
+    scene.for_seconds(20.0)
+    began = scene.now + ahead
+    again = Scene(rides=[replace(ride, since=ride.since - began + 100.0) for ride in scene.rides.values()])
+    assert not [order for order in again.silence(4.0) if isinstance(order, Refuse)]
+    assert list(again.controller.rides) == ["first", "then"]
+    orders = again.opens_at("L1")
+    assert {order for order in orders if isinstance(order, Board)} >= {Board("first", "A", "L1")}
+
+
+@pytest.mark.parametrize("ahead", [0.0, 3600.0, -3600.0])
+def test_a_lift_that_stays_silent_is_given_up_after_a_takeover_too(ahead):
+    scene = Scene()
+    scene.for_seconds(1.0)
+    scene.request("r", "L1", "L3")
+    began = scene.now + ahead
+    again = Scene(rides=[replace(ride, since=ride.since - began + 100.0) for ride in scene.rides.values()])
+    assert [order for order in again.silence(20.0) if isinstance(order, Refuse)]

@@ -106,3 +106,17 @@ def test_a_lift_that_breaks_stops_and_says_so():
     assert (broken.mode, broken.session) == ("offline", "")
     lift.request(LiftRequest("A", "s", "L3"), 5.3)
     assert lift.state(60.0) == lift.state(5.4), "it neither moves nor obeys"
+
+
+def test_doors_that_are_blocked_open_and_the_car_stays():
+    lift = SimulatedLift("A", LEVELS, 0.0)
+    lift.request(LiftRequest("A", "s", "L1"), 0.0)
+    assert lift.state(5.0).door == "open"
+    lift.blocked = True
+    lift.request(LiftRequest("A", "s", "L3"), 5.0)
+    for now in range(6, 30):
+        lift.request(LiftRequest("A", "s", "L3"), float(now))
+        assert (lift.state(float(now)).door, lift.state(float(now)).floor) == ("open", "L1")
+    lift.blocked = False
+    lift.request(LiftRequest("A", "s", "L3"), 30.0)
+    assert lift.state(38.9).floor == "L3"

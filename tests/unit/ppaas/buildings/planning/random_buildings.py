@@ -15,7 +15,7 @@ from ppaas.buildings.planning.times import Traveller
 from ppaas.costmap.costmap import Costmap
 from ppaas.maps.grid import GridInfo
 from ppaas.zones.shapes import LineString, Point, Polygon
-from ppaas.zones.zone import Door, LiftCar, Passage, Zone, ZoneSet
+from ppaas.zones.zone import Door, LiftCar, OneWay, Passage, Zone, ZoneSet
 from tests.reference.buildings import Jump, Spot
 
 SIZE, RESOLUTION = 24, 0.25
@@ -31,6 +31,12 @@ def lift(name: str, x: float, y: float) -> list[Zone]:
 def door(name: str, x: float, y: float) -> Zone:
     """Return a door 1 m wide along x."""
     return Zone(LineString([[x, y], [x + 1.0, y]]), Door(name=name))
+
+
+def gate(door_name: str, x: float, y: float, direction: float) -> Zone:
+    """Return a one-way zone over a door at the same place."""
+    ring = [[x, y - 0.1], [x + 1.0, y - 0.1], [x + 1.0, y + 0.1], [x, y + 0.1], [x, y - 0.1]]
+    return Zone(Polygon([ring]), OneWay(name=f"gate of {door_name}", direction=direction))
 
 
 def passage(way: str, x: float, y: float) -> Zone:
@@ -67,7 +73,11 @@ class RandomBuilding:
             for number in rng.choice(floors, 2, replace=False).tolist():
                 zones[number].append(passage(name, *rng.uniform(0.3, 5.7, 2).tolist()))
         for number, found in enumerate(zones):
-            found += [door(f"{number}/{n}", *rng.uniform(0.5, 5.0, 2).tolist()) for n in range(rng.integers(0, 3))]
+            for name in [f"{number}/{n}" for n in range(rng.integers(0, 3))]:
+                x, y = rng.uniform(0.5, 5.0, 2).tolist()
+                found.append(door(name, x, y))
+                if rng.random() < 0.4:
+                    found.append(gate(name, x, y, float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.6))))
         building = Building(
             floors=tuple(Floor(name=f"L{n}", map=f"m{n}", elevation=float(3 * n)) for n in range(floors)),
             lifts=tuple(
@@ -147,6 +157,9 @@ def jumps_of(planner: BuildingPlanner, traveller: Traveller, closed: frozenset[t
                 length = way.length or math.hypot(math.dist(a.place[:2], b.place[:2]), rise)  # type: ignore[union-attr]
                 jumps.append((here, there, length / speed, a.way))
             elif hasattr(a, "ends") and a == b and (a.floor, a.door) not in closed:
+                (x0, y0, _), (x1, y1, _) = planner.network.junctions[one].place, planner.network.junctions[other].place
+                if a.one_way is not None and (x1 - x0) * math.cos(a.one_way) + (y1 - y0) * math.sin(a.one_way) < 0.0:
+                    continue
                 opens = layout.building.door(a.floor, a.door).opens
                 jumps.append((here, there, opens + 2 * BEFORE_DOOR / speed, ""))
     return [jump for jump in jumps if jump[3] not in traveller.avoid]

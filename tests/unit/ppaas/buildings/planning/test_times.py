@@ -1,25 +1,29 @@
 """Times in a building follow closed doors, lifts out of order and measured lengths."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from ppaas.buildings.building import DoorSettings, LiftSettings, WaySettings
+from ppaas.buildings.planning.legs import legs_of
 from ppaas.buildings.planning.network import BuildingLink, BuildingNetwork
 from ppaas.buildings.planning.planner import BuildingPlanner
 from ppaas.buildings.planning.times import BuildingState, BuildingTimes, Traveller
-from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, lift, passage, two_floors
+from ppaas.zones.zone import Zone
+from tests.unit.ppaas.buildings.planning.random_buildings import costmap, door, gate, lift, passage, two_floors
 
+START_POSE, GOAL_POSE = (0.1, 5.5, 0.0), (0.5, 0.5, 0.0)
 START, GOAL = ("L0", 0.1, 5.5), ("L0", 5.9, 5.5)
 
 
-def walled(**changes: object) -> BuildingPlanner:
+def walled(more: Sequence[Zone] = (), **changes: object) -> BuildingPlanner:
     """Return a planner whose ground floor is cut in two by a wall at y = 4 m with a door at x = 3 to 4 m."""
     free = np.ones((24, 24), np.bool_)
     free[16] = False
     free[16, 12:16] = True
-    building = two_floors([door("hall", 3.0, 4.1)], **changes)
+    building = two_floors([door("hall", 3.0, 4.1), *more], **changes)
     return BuildingPlanner(building.layout, {"L0": costmap(free), "L1": costmap(np.ones((24, 24), np.bool_))})
 
 
@@ -44,6 +48,15 @@ def test_a_closed_door_is_planned_around_and_opens_again() -> None:
     assert seconds(planner, times, below) == math.inf
     planner.state.close([])
     assert seconds(planner, times, below) == before
+
+
+@pytest.mark.parametrize(("direction", "may"), [(math.pi / 2, True), (-math.pi / 2, False), (1.0, True), (-2.0, False)])
+def test_a_gate_is_passed_in_its_direction_only(direction: float, may: bool) -> None:
+    planner = walled(more=[gate("hall", 3.0, 4.1, direction)])
+    below = planner.times(Traveller())
+    assert (seconds(planner, below, ("L0", 5.9, 3.0)) < math.inf) is may
+    back = planner.plan(below, GOAL, ("L0", 5.9, 3.0))
+    assert (back is not None) is not may
 
 
 def test_a_lift_out_of_order_is_not_taken_until_it_is_repaired() -> None:
@@ -105,15 +118,26 @@ def test_a_ride_waits_and_opens_doors_twice() -> None:
     assert network.ride("north", 0, network.of_lift("north")[1]).seconds == pytest.approx(2.0 + 4.0 / 2.0)
 
 
-def test_a_lift_is_taken_if_its_wait_is_short_now() -> None:
-    planner, goal = two_floors(lift("south", 4.0, 2.5)).planner(), ("L1", 0.5, 0.5)
-    usual = planner.plan(planner.times(Traveller()), START, goal)
-    assert usual is not None and usual.chain.names == ("north",)
-    wait = planner.network.layout.building.lift("north").wait
-    same = planner.plan(planner.times(Traveller(waits={"north": wait, "south": wait})), START, goal)
-    late = planner.plan(planner.times(Traveller(waits={"north": wait + 30.0})), START, goal)
-    last = planner.plan(planner.times(Traveller(waits={"north": wait + 30.0, "south": wait + 60.0})), START, goal)
-    assert same is not None and same.seconds == usual.seconds
-    assert late is not None and late.chain.names == ("south",)
-    assert last is not None and last.chain.names == ("north",)
-    assert last.seconds == pytest.approx(usual.seconds + 30.0)
+def test_the_waits_of_now_decide_which_lift_is_taken_and_how_long_it_takes() -> None:
+    planner = two_floors(lift("south", 4.0, 2.5)).planner()
+    times, goal = planner.times(Traveller()), ("L1", 0.5, 0.5)
+    mean = planner.plan(times, START, goal)
+    assert mean is not None and mean.chain.names == ("north",)
+    planner.state.expect({("north", "L0"): 50.0, ("north", "L1"): 0.0})
+    found = planner.plan(times, START, goal)
+    assert found is not None and found.chain.names == ("south",)
+    planner.state.expect({("north", "L0"): 50.0, ("south", "L0"): math.inf})
+    found = planner.plan(times, START, goal)
+    assert found is not None and found.chain.names == ("north",)
+    assert found.seconds == pytest.approx(mean.seconds - LiftSettings(lift="north").wait + 50.0)
+    legs = legs_of(times, found.route, found.goal, (START_POSE, GOAL_POSE))
+    assert sum(leg.seconds for leg in legs) == pytest.approx(found.seconds, abs=0.01)
+    planner.state.expect({})
+    assert planner.plan(times, START, goal).seconds == mean.seconds  # type: ignore[union-attr]
+
+
+def test_a_lift_that_does_not_stop_at_a_floor_now_leads_not_there() -> None:
+    planner = two_floors().planner()
+    times = planner.times(Traveller())
+    planner.state.expect({("north", "L1"): math.inf})
+    assert planner.plan(times, START, ("L1", 0.5, 0.5)) is None

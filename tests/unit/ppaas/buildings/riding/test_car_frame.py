@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.layout import Landing, layout_of
-from ppaas.buildings.riding.car_frame import Ride, carried, is_inside, places_in_car, turn_between
+from ppaas.buildings.riding.car_frame import carried, is_inside, places_in_car, turn_between
 from ppaas.geometry import Pose2D
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Door, LiftCar, Zone, ZoneSet
@@ -51,16 +51,6 @@ def test_a_place_in_the_car_is_the_same_on_each_floor_whatever_the_frames_and_do
 def test_headings_follow_the_drawn_doors_although_anchors_are_not_exact() -> None:
     building, first, second = landings(Pose2D(-7.0, 3.0, 0.7), said=Pose2D(0.0, 0.0, 1.2))
     assert turn_between(building, first, second) == pytest.approx(-0.7)
-
-
-def test_a_robot_that_turns_round_in_the_car_is_followed_by_its_odometry() -> None:
-    building, first, second = landings(Pose2D(10.0, 0.0, 0.0))
-    odom = Pose2D(5.0, 5.0, 1.0)
-    ride = Ride(building, first, Pose2D(1.0, 1.2, -math.pi / 2), odom)
-    later = odom @ Pose2D(0.2, 0.0, math.pi)
-    assert ride.on(second, odom) == pytest.approx(Pose2D(-9.0, 1.2, -math.pi / 2))
-    assert ride.here(later) == pytest.approx(Pose2D(1.0, 1.0, math.pi / 2))
-    assert ride.on(second, later) == pytest.approx(Pose2D(-9.0, 1.0, math.pi / 2))
 
 
 @pytest.mark.parametrize(("robots", "distance"), [(1, 2.0), (2, 1.0), (3, 1.0), (4, 1.0), (5, 2.0 / 3.0)])

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from ppaas.buildings.riding.floor_belief import GAS, SURE, FloorBelief, height_between
+from ppaas.buildings.riding.air import GAS, height_between
+from ppaas.buildings.riding.floor_belief import SURE, FloorBelief
 from ppaas.errors import InvalidInput
 
 LEVELS = {"L1": 0.0, "L2": 4.0, "L3": 8.0, "L4": 12.0}

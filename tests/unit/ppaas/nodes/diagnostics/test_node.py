@@ -179,7 +179,7 @@ def test_each_fault_of_a_robot_is_found_in_its_messages(sends: Sends, kind: str,
 )  # fmt: skip
 def test_place_of_the_robot_is_compared_with_its_map(x: float, sigma: float, kind: str) -> None:
     layers = build_layers(walled_map(4, 4, []))
-    robot = DiagnosedRobot(WatchedRobot(layers=lambda: layers, radius=0.3))
+    robot = DiagnosedRobot(WatchedRobot(layers=lambda: layers, radius=lambda: 0.3))
     answers = robot.ask(1.0)
     robot.node._heard("amcl_pose", pose_at(x, sigma))
     robot.run(1.1, DiagnosedRobot.well)
@@ -193,7 +193,7 @@ def test_place_of_the_robot_is_compared_with_its_map(x: float, sigma: float, kin
 
 def test_a_robot_in_a_keep_out_zone_is_told_its_name() -> None:
     layers = build_layers(walled_map(4, 4, []), zones=ZoneSet([rectangle(KeepOut(name="spill"), 1.0, 1.0, 3.0, 3.0)]))
-    robot = DiagnosedRobot(WatchedRobot(layers=lambda: layers, radius=0.3))
+    robot = DiagnosedRobot(WatchedRobot(layers=lambda: layers, radius=lambda: 0.3))
     answers = robot.ask(1.0)
     robot.node._heard("amcl_pose", pose_at(1.5, 0.01))
     robot.run(1.1, DiagnosedRobot.well)

@@ -68,6 +68,12 @@ def test_a_fleet_goes_without_explorers() -> None:
         demo.run(parse("fleet", "--explore"))
 
 
+@pytest.mark.parametrize("arguments", [("--explore",), ("--map", "office.yaml")])
+def test_a_building_goes_without_explorers_and_makes_its_maps(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="leave out --explore and --map"):
+        demo.run(parse("building", *arguments))
+
+
 @pytest.mark.parametrize("arguments", [("--people", "2"), ("--sensor", "laser"), ("--explore", "--seconds", "5")])
 def test_options_of_the_demo_of_people_are_refused_elsewhere(arguments: tuple[str, ...]) -> None:
     with pytest.raises(InvalidParameter, match="run 'ppaas demo people'"):

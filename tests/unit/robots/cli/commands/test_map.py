@@ -47,9 +47,9 @@ async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, h
     published = await ppaas("map", "publish", str(house))
     assert published.status == 0, published.err
     expected = ["id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"]
-    assert published.rows[0] == [*expected, "traffic"]
+    assert published.rows[0] == [*expected, "traffic", "georeference"]
     assert published.rows[1][:2] == ["house", "ann"]
-    assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-", "no"]
+    assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-", "no", "-"]
     assert (await ppaas("map", "show", "house")).out == published.out
     assert (await ppaas("map", "list")).rows[1][:2] == ["house", "ann"]
     assert (await ppaas("map", "delete", "house")).status == 0

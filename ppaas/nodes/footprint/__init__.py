@@ -1,0 +1,1 @@
+"""Node ``footprint``: the outline of the robot with what it carries."""
