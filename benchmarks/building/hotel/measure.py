@@ -7,7 +7,7 @@ from dataclasses import replace
 from multiprocessing import get_context
 from typing import NamedTuple
 
-from benchmarks.building.hotel.run import HotelCase, HotelResult, HotelRun
+from benchmarks.building.hotel.run import HotelCase, HotelResult, HouseRun
 from benchmarks.harness.figures import Figure
 from ppaas.buildings.lifts.schedule import levels_of
 from ppaas.buildings.lifts.simulated import LiftModel
@@ -52,7 +52,7 @@ def figures_of(
 
 
 def _simulate(case: HotelCase, seed: int) -> HotelResult:
-    return HotelRun(case, seed).run()
+    return HouseRun(case, seed).run()
 
 
 def _figures(case: HotelCase, runs: _Runs) -> Iterator[Figure]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.building.hotel.run import HotelCase, HotelRun
+from benchmarks.building.hotel.run import HotelCase, HouseRun
 from ppaas.buildings.lifts.car import Car
 from robots.pictures.building_run import FloorTracks, LiftTrace, write_building_run
 from robots.pictures.figure_file import check_figure
@@ -38,7 +38,7 @@ class RunRecord:
         self._newest: dict[int, _Track] = {}
         self._lifts: defaultdict[str, list[tuple[int, str, list[tuple[int, int]]]]] = defaultdict(list)
 
-    def watch(self, run: HotelRun, now: float) -> None:
+    def watch(self, run: HouseRun, now: float) -> None:
         """Take where robots and cars are, once a period."""
         if self.times and now < self.times[-1] + PERIOD:
             return
@@ -58,7 +58,7 @@ class RunRecord:
             self._tracks.append(track)
         track.places.append(place)
 
-    def write(self, path: Path, run: HotelRun) -> None:
+    def write(self, path: Path, run: HouseRun) -> None:
         """Draw what was recorded of a run; raises as ``write_building_run``."""
         floors = [
             FloorTracks(
@@ -90,6 +90,6 @@ def write_run(path: Path, case: HotelCase, seed: int) -> None:
         The file name does not end with ``.png``, or the file cannot be written.
     """
     check_figure(path)
-    run, record = HotelRun(case, seed), RunRecord()
+    run, record = HouseRun(case, seed), RunRecord()
     run.run(record.watch)
     record.write(path, run)

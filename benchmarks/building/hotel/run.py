@@ -132,7 +132,7 @@ class _Times:
     drove: float = 0.0
 
 
-class HotelRun:
+class HouseRun:
     """One run.
 
     Parameters
@@ -162,12 +162,12 @@ class HotelRun:
         self._count, self._got_on = 0, 0.0
         self.result = HotelResult()
 
-    def run(self, watch: Callable[["HotelRun", float], None] = lambda _run, _now: None) -> HotelResult:
+    def run(self, watch: Callable[["HouseRun", float], None] = lambda _run, _now: None) -> HotelResult:
         """Simulate; return what robots have done. ``watch`` is called after each control cycle."""
         run_in_virtual_time(self._run(watch))
         return self.result
 
-    async def _run(self, watch: Callable[["HotelRun", float], None]) -> None:
+    async def _run(self, watch: Callable[["HouseRun", float], None]) -> None:
         clock = asyncio.get_running_loop().time
         hooks = SiteHooks(self._rider, self._plan, self._keep, self._changed, self._parts)
         self.site = JourneySite("hotel", self.house.layout, hooks, DeviceHosts(), kept=KeptJourneys(), clock=clock)

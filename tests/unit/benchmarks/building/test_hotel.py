@@ -8,14 +8,14 @@ import pytest
 from benchmarks.building.hotel import measure
 from benchmarks.building.hotel.house import hotel, imported
 from benchmarks.building.hotel.recording import RunRecord
-from benchmarks.building.hotel.run import HotelCase, HotelResult, HotelRun
+from benchmarks.building.hotel.run import HotelCase, HotelResult, HouseRun
 from benchmarks.building.hotel.virtual_time import run_in_virtual_time
 
 CASE = HotelCase(hotel(2), robots=4, seconds=110.0)
 
 
 def test_robots_ride_to_goals_on_other_floors_and_touch_nobody(tmp_path: Path) -> None:
-    run, record = HotelRun(CASE, 1), RunRecord()
+    run, record = HouseRun(CASE, 1), RunRecord()
     result = run.run(record.watch)
     assert result.goals >= 2 and not result.failed
     assert (result.contacts, result.shut, result.deadlocks) == (0, 0, 0) and result.nearest > 0.0
@@ -26,7 +26,7 @@ def test_robots_ride_to_goals_on_other_floors_and_touch_nobody(tmp_path: Path) -
 
 
 def test_robots_are_led_away_from_a_lift_that_breaks() -> None:
-    result = HotelRun(dataclasses.replace(CASE, breaks_at=35.0, first_come=True), 1).run()
+    result = HouseRun(dataclasses.replace(CASE, breaks_at=35.0, first_come=True), 1).run()
     assert 0.0 <= result.rerouted <= measure.REROUTED and result.aboard <= 1
 
 
@@ -53,7 +53,7 @@ def test_bars_are_missed_by_contacts_and_by_too_few_goals() -> None:
 @pytest.mark.parametrize("name", ["hotel", "door_madness"])
 def test_buildings_of_open_rmf_are_driven(name: str, data: Path) -> None:
     house = imported(data / "buildings" / f"{name}.building.yaml")
-    result = HotelRun(HotelCase(house, robots=2, capacity=1, seconds=150.0), 2).run()
+    result = HouseRun(HotelCase(house, robots=2, capacity=1, seconds=150.0), 2).run()
     assert result.goals >= 1 and not result.failed and not result.contacts
 
 
