@@ -22,7 +22,8 @@ NEVER = 1e9
 class SimDriver(DeviceDriver):
     """Driver of ``sim:``.
 
-    Options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share), ``seed``, and ``breaks`` (seconds).
+    Options of lifts are ``people`` (trips an hour), ``wrong_floor`` (share), ``seed`` and ``breaks``: after how many
+    seconds it goes out of order.
     """
 
     remote: ClassVar[bool] = False

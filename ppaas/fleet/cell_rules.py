@@ -123,7 +123,7 @@ def _cars(cells: MetricRoadmap, zones: Sequence[Zone], radius: float) -> list[ND
 
 def _barred(roadmap: Roadmap, cars: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the cells that robots of each size and kind do not enter: see `CellRules.kind`."""
-    anywhere: NDArray[np.bool_] = np.any(cars, axis=0)
+    anywhere: NDArray[np.bool_] = np.logical_or.reduce(cars)
     kinds = np.concatenate([anywhere[np.newaxis], anywhere & ~cars, ~cars])
     sizes = roadmap.barred if len(roadmap.barred) else np.zeros((1, len(roadmap)), np.bool_)
     barred: NDArray[np.bool_] = (sizes[:, np.newaxis] | kinds).reshape(-1, len(roadmap))

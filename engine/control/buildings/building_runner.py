@@ -42,9 +42,6 @@ TICK = 0.25
 STORE_PAUSE = 1.0
 """Pause before a record that could not be stored is stored again [s]."""
 
-NO_SERVICE = 3600.0
-"""Wait for which a lift counts that serves no robots now [s]: other ways come first."""
-
 RobotOrder = Board | Alight | Pass | Wait | Refuse
 
 BuildingAlert = LiftAlert | DoorAlert | FaultChange

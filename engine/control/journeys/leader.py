@@ -17,7 +17,8 @@ from engine.control.journeys.calls import JOURNEY
 from engine.control.journeys.floor_parts import FloorParts
 from engine.control.journeys.kept import KeptJourneys, keep_journeys, kept_journeys
 from engine.control.journeys.open_sites import OpenSites
-from engine.control.journeys.site import JourneySite, Rider, SiteHooks
+from engine.control.journeys.rider import Rider
+from engine.control.journeys.site import JourneySite, SiteHooks
 from engine.control.journeys.travellers import traveller_of
 from engine.control.journeys.views import LiftWait, SiteView
 from engine.control.master_driver import MasterDriver

@@ -5,7 +5,6 @@ import logging
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from engine.control.buildings.building_runner import (
     BuildingAlert,
@@ -16,6 +15,7 @@ from engine.control.buildings.building_runner import (
 )
 from engine.control.journeys.floor_parts import floor_request
 from engine.control.journeys.kept import KeptJourneys
+from engine.control.journeys.rider import Rider
 from engine.control.journeys.views import JourneyView, LiftWait, SiteView
 from engine.control.views import GoalView
 from engine.devices.hosts import DeviceHosts
@@ -44,7 +44,7 @@ from ppaas.buildings.lifts.states import LiftRide, RemoveRide, StoreRide
 from ppaas.buildings.riding.floor_maps import pose_of
 from ppaas.clock import Clock
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
-from ppaas.messages.fleet.floors import FindFloorRequest, FindFloorResponse, FloorPart
+from ppaas.messages.fleet.floors import FindFloorRequest, FloorPart
 
 logger = logging.getLogger(__name__)
 
@@ -59,45 +59,6 @@ ENDED = 20
 
 PAUSE = 0.5
 """Time after which an order that could not be obeyed is tried again [s]."""
-
-
-class Rider(Protocol):
-    """Robot on a journey, as a site reaches it."""
-
-    @property
-    def is_here(self) -> bool:
-        """Whether the robot is connected, and has a container."""
-        ...
-
-    @property
-    def map(self) -> str:
-        """Map that its container is on; empty while it has none that is ready."""
-        ...
-
-    @property
-    def pose(self) -> Place | None:
-        """Its pose on that map; None if it is not known, or not any more."""
-        ...
-
-    def send(self, goal_id: str, pose: Place) -> None:
-        """Send a goal, unless one of that id was sent."""
-        ...
-
-    def cancel(self, goal_id: str) -> None:
-        """Cancel a goal."""
-        ...
-
-    async def change_map(self, map_id: str, pose: Place) -> None:
-        """Let its clone go on on another map."""
-        ...
-
-    async def find_floor(self, request: FindFloorRequest) -> FindFloorResponse:
-        """Ask its clone on which floor it is; ``NotFound`` or ``Conflict`` if that cannot compare scans with maps."""
-        ...
-
-    def leave(self) -> None:
-        """Follow it no longer."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +94,7 @@ class SiteHooks:
 
 @dataclass(slots=True)
 class _Traveller:
-    """A journey that is led: its machine, its robot, orders that wait, where its clone goes, and its last record."""
+    """A journey that is led: machine, robot, orders that wait, where its clone goes, and the record last published."""
 
     machine: JourneyMachine
     rider: Rider

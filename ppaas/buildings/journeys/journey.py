@@ -30,7 +30,7 @@ from ppaas.buildings.journeys.records import (
     LookForFloor,
     SendGoal,
 )
-from ppaas.buildings.layout import BuildingLayout, Landing
+from ppaas.buildings.layout import BuildingLayout
 from ppaas.buildings.lifts.states import Alight, Board, Refuse, Wait
 from ppaas.buildings.riding.car_frame import is_inside
 from ppaas.geometry import Pose2D
@@ -96,13 +96,11 @@ class JourneyMachine:
         match journey.phase:
             case "driving" if journey.now.kind == "drive" and self._is_near_lift(pose):
                 return self._next_leg(now)
-            case "boarding" if self._past_door(floor) < -CLEAR and is_inside(self._landing(floor), self._seen[1]):
+            case "boarding" if self._past_door(floor) < -CLEAR:
                 self._drives_in = True
                 return self._entered()
-            case "alighting" if (
-                journey.found and not journey.cancelled and floor == journey.out == journey.now.to_floor
-            ):
-                return [LeftCar(), *self._ridden(now)] if self._past_door(floor) > CLEAR else []
+            case "alighting" if self._past_door(floor) > CLEAR and floor == journey.now.to_floor == journey.found:
+                return [] if journey.cancelled else [LeftCar(), *self._next_leg(now)]
             case _:
                 return []
 
@@ -110,15 +108,13 @@ class JourneyMachine:
         following = self.journey.legs[self.journey.leg + 1 : self.journey.leg + 2]
         return any(leg.kind == "lift" and math.dist(pose[:2], leg.start[:2]) < NEAR_LIFT for leg in following)
 
-    def _landing(self, floor: str) -> Landing:
-        return landing_of(self._layout, self.journey.now, floor)
-
     def _past_door(self, floor: str) -> float:
-        """Return how far outside of the door of the lift of this leg the robot is [m]; negative inside."""
-        landing = self._landing(floor)
-        assert self._seen is not None, "it was seen"
+        """Return how far outside of the door of the lift of this leg the robot is [m]; negative inside of the car."""
+        landing, pose = landing_of(self._layout, self.journey.now, floor), self._here
+        assert pose is not None, "it was seen"
         (x, y), yaw = landing.door.middle, landing.car[2]
-        return float((self._seen[1].x - x) * math.cos(yaw) + (self._seen[1].y - y) * math.sin(yaw))
+        past = float((pose.x - x) * math.cos(yaw) + (pose.y - y) * math.sin(yaw))
+        return past if past > 0.0 or is_inside(landing, pose) else 0.0
 
     # -- begin, plans, end ---------------------------------------------------------------------------------------------
 
@@ -245,9 +241,9 @@ class JourneyMachine:
     def goal_ended(self, goal_id: str, reached: bool, text: str, now: float) -> Orders:
         """Note the end of a goal; goals that were sent before the last are ignored."""
         journey = self.journey
-        self._drives_in &= goal_id != journey.goal_id
         moves = journey.phase in ("driving", "boarding", "alighting", "looking", "crossing")
         looks_round = journey.phase == "looking" and not journey.found
+        self._drives_in &= goal_id != journey.goal_id
         if self.is_over or goal_id != journey.goal_id or not moves or looks_round:
             return []
         return self._reached(now) if reached else self._failed(text, now)
@@ -367,8 +363,7 @@ class JourneyMachine:
             return [Keep(self.journey), *self._look()]
         if self._drives_in or self.is_over or journey.phase != "inside" or journey.out:
             return []
-        is_served = stop and find_landing(self._layout, journey.now, stop) is not None
-        floor = stop if is_served else journey.now.to_floor
+        floor = stop if stop and find_landing(self._layout, journey.now, stop) is not None else journey.now.to_floor
         return [] if journey.on == floor else [self._change(floor)]
 
     # -- maps ----------------------------------------------------------------------------------------------------------

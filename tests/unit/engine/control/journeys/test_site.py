@@ -15,7 +15,7 @@ from engine.devices.hosts import DeviceHosts
 from ppaas.buildings.building import Building, Floor, LiftSettings
 from ppaas.buildings.journeys.records import Journey, JourneyLeg
 from ppaas.buildings.layout import Place, layout_of
-from ppaas.buildings.lifts.states import LiftRide
+from ppaas.buildings.lifts.states import LiftRide, LiftState
 from ppaas.buildings.riding.floor_maps import part_around
 from ppaas.errors import Conflict, NotFound, NoValidPath, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
@@ -220,6 +220,20 @@ async def test_a_goal_without_a_way_fails_with_the_reason(
     running(site)
     await until(lambda: site.is_idle)
     assert (around.changes[-1].state, around.changes[-1].text) == ("failed", "no lift goes there")
+
+
+async def test_a_robot_is_planned_again_when_a_lift_on_its_way_breaks(
+    around: Around, running: Callable[[JourneySite], None]
+) -> None:
+    around.robot.reaches = False
+    site = around.site()
+    site.begin(JOURNEY)
+    running(site)
+    await until(lambda: len(around.robot.goals) == 1 and site.runner.lifts.cars["north"].state is not None)
+    site.runner.lifts.lift_state(LiftState(lift="north", floor="L1", mode="offline"), site._clock())
+    await until(lambda: len(around.robot.goals) == 2)
+    assert around.robot.cancelled == ["journey-1/1"]
+    assert around.changes[-1].avoid == ("north",)
 
 
 async def test_who_looks_sees_the_lift_the_robot_in_it_and_what_has_ended(

@@ -4,13 +4,16 @@ import pytest
 from msgspec.structs import replace
 
 from ppaas.buildings.building import Building, Floor, LiftSettings
+from ppaas.buildings.lifts.car import Car
 from ppaas.buildings.lifts.controller import LiftController
+from ppaas.buildings.lifts.schedule import Shaft
 from ppaas.buildings.lifts.states import (
     Alight,
     Board,
     EndSession,
     LiftAlert,
     LiftRequest,
+    LiftRide,
     LiftState,
     Refuse,
     RemoveRide,
@@ -449,6 +452,30 @@ def test_an_old_request_is_served_before_many_newer_ones():
             break
     assert "old" not in scene.rides or scene.rides["old"].phase != "waiting"
     assert scene.now < 100.0 + 300.0
+
+
+def test_those_who_share_a_car_have_separate_places_and_a_place_that_is_left_is_free_again():
+    levels = {"L1": 0.0, "L2": 4.0}
+    car = Car(Shaft(levels, LiftSettings(lift="A", robots=4)), "s", 0.0)
+    rides = [LiftRide(robot=name, lift="A", origin="L1", destination="L2", phase="inside") for name in "abc"]
+    for ride, size in zip(rides, (1, 2, 1), strict=True):
+        car.put(replace(ride, size=size, place=car.free_place(size)), 0.0)
+    assert [car.rides[name].place for name in "abc"] == [0, 1, 3]
+    assert car.free_place(1) == 0, "it is full, and nobody boards"
+    car.end("b", 1.0)
+    assert (car.free_place(1), car.free_place(2)) == (1, 1)
+
+
+def test_robots_are_fetched_in_the_order_of_their_requests_if_all_are_old_at_once():
+    scene = Scene()
+    scene.controller = LiftController("b", BUILDING, {"A": FLOORS}, scene.now, aged=0.0)
+    scene.for_seconds(0.5)
+    scene.request("first", "L3", "L1")
+    scene.for_seconds(0.5)
+    for name in ("second", "third"):
+        scene.request(name, "L1", "L3")
+    scene.for_seconds(0.5)
+    assert scene.controller.target("A") == "L3"
 
 
 @pytest.mark.parametrize("ahead", [0.0, 30.0, 3600.0, -3600.0])

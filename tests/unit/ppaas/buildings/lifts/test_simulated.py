@@ -98,6 +98,16 @@ def test_a_floor_that_does_not_exist_is_ignored():
     assert simulated.state(1.0).session == ""
 
 
+def test_a_lift_that_breaks_stops_and_says_so():
+    lift = SimulatedLift("A", LEVELS, 0.0, LiftModel(breaks=5.0))
+    lift.request(LiftRequest("A", "s", "L3"), 0.0)
+    assert lift.state(4.9).mode == "agv"
+    broken = lift.state(5.2)
+    assert (broken.mode, broken.session) == ("offline", "")
+    lift.request(LiftRequest("A", "s", "L3"), 5.3)
+    assert lift.state(60.0) == lift.state(5.4), "it neither moves nor obeys"
+
+
 def test_doors_that_are_blocked_open_and_the_car_stays():
     lift = SimulatedLift("A", LEVELS, 0.0)
     lift.request(LiftRequest("A", "s", "L1"), 0.0)
