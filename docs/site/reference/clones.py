@@ -16,6 +16,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
+from ppaas.nodes.footprint.node import FootprintNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode
 from ppaas.people.settings import PeopleSettings
@@ -30,7 +31,7 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
 }
 """Kinds of robots, with the parameters that make a clone one of that kind."""
 
-OF_CONTAINERS = (DiagnosticsNode, NodeMonitorNode, RecorderNode)
+OF_CONTAINERS = (DiagnosticsNode, FootprintNode, NodeMonitorNode, RecorderNode)
 """Nodes that the container of each robot adds to its clone."""
 
 MAKES_A_MAP = "a robot that makes a map"
