@@ -8,23 +8,29 @@ from msgspec.structs import replace
 from engine.control.journeys.leader import view_of
 from engine.control.planning.building_requests import BuildingSpot
 from engine.control.tasks.runner import TaskRunner
+from engine.control.tasks.task_maps import TaskMap
 from engine.control.views import GoalView
 from engine.master.places import robot_key
+from engine.protocols import robot_link
 from engine.specs.containers import MapVersion
+from engine.specs.robot_report import StateReport
 from ppaas.buildings.building import Building, Floor
 from ppaas.buildings.journeys.records import Journey, JourneyState, Phase
+from ppaas.energy.battery import SAMPLES
+from ppaas.energy.sites import Sites
 from ppaas.errors import InvalidBuilding
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.nodes.nav2_actions import DOCK_ROBOT, UNDOCK_ROBOT
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.records import Task
 from ppaas.tasks.ways import NO_WAY
 from storage.buildings.records import BuildingRecord, BuildingVersion, no_building_of
 from storage.records import MapTask
-from tests.support.endpoints.still_place import StillRobot
+from tests.support.endpoints.still_place import StillRobot, delivered
 from tests.support.engine.at_once import at_once
 from tests.support.engine.specs import robot_request
-from tests.unit.engine.control.tasks.test_runner import CANCEL, GOAL, Hall, goals, in_metres, tell
+from tests.unit.engine.control.tasks.test_runner import CANCEL, GOAL, Hall, goals, in_metres, report_battery, tell
 
 HOTEL = Building(floors=(Floor(name="L1", map="house"), Floor(name="L2", map="loft", elevation=3.0)))
 BOTH = ("L1", "L2")
@@ -327,3 +333,47 @@ async def test_two_tasks_to_one_floor_are_given_to_two_robots_by_the_times_of_bo
     assert {(journey.robot, journey.floor) for journey in tower.journeys.led.values()} == {
         ("one", "L2"), ("other", "L2"),
     }  # fmt: skip
+
+
+async def test_a_robot_charges_at_a_dock_of_another_floor_and_undocks_before_it_rides_on(tower: Tower) -> None:
+    links = frozenset({"north"})
+    sites = {"house": Sites(), "loft": Sites({"a": (3.0, 0.0, 0.0)}, docks={"a": "a"})}
+    tower.runner = TaskRunner(
+        tower.store, tower.robots, tower.news, tower.compute, tower.clock, journeys=tower.journeys,
+        task_map=lambda version: TaskMap(version, sites[version.id], 1.0, links),
+    )  # fmt: skip
+    place = tower.connect("r")
+    for topic in (DOCK_ROBOT.goal.name, UNDOCK_ROBOT.goal.name):
+        place.topics[topic] = robot_link.TopicInfo(topic, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    over(tower, "done", "L2", state="done", ended=tower.clock())
+    await tower.after()
+    tell(place, 0.0)
+    await tower.after(5.0)
+    [journey] = tower.journeys.of_robot("ann", "r")
+    assert (journey.floor, journey.goal) == ("L2", (2.0, 0.0, 0.0)), "before the dock"
+    tower.on["r"] = "loft"
+    tell(place, 2.0)
+    tower.journeys.set(journey.id, "succeeded")
+    await tower.after()
+    [(topic, message)] = delivered(place)
+    assert (topic, message["goal_id"]["id"], message["goal"]["dock_id"]) == (DOCK_ROBOT.goal.name, journey.id, "a")
+    status = {"goal_id": {"id": journey.id}, "status": int(Status.SUCCEEDED), "text": ""}
+    place.publish_json(DOCK_ROBOT.result.name, {"status": status})
+    await tower.after()
+    trip = journey.id.removeprefix("task-").removesuffix("-0-0")
+    [holding] = [one.task.holding for one in tower.store.tasks("ann", "loft") if one.task.id == trip]
+    assert holding == tower.clock()
+    for _ in range(SAMPLES):
+        tell(place, 3.0)
+        place.say(robot_link.ContainerBeat(busy=False, report=StateReport(battery=0.97, docked="docked at dock 'a'")))
+        await tower.after()
+    tower.journeys.seconds = [[10.0]]
+    over(tower, "t", "L1")
+    await tower.after()
+    assert [topic for topic, _ in delivered(place)] == [UNDOCK_ROBOT.goal.name]
+    assert len(tower.journeys.of_robot("ann", "r")) == 1, "it still stands at the dock"
+    place.publish_json(UNDOCK_ROBOT.result.name, {"status": status | {"goal_id": {"id": "task-t-0-0"}}})
+    place.say(robot_link.ContainerBeat(busy=False, report=StateReport(battery=0.97)))
+    await tower.after()
+    assert [each.id for each in tower.journeys.of_robot("ann", "r")] == [journey.id, "task-t-0-0"]
