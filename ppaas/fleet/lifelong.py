@@ -130,13 +130,18 @@ class LifelongPlan:
         InvalidInput
             The map is too large (``distances_from``).
         """
-        if size is not None and self._sizes is not None:
-            self._sizes[robot] = size
+        if size is not None:
+            self.set_size(robot, size)
         self._board.goals[robot] = cell
         self._ages[robot] = self._ages[robot] % 1.0 + age
         self._board.distances[robot] = distances_from(self.roadmap_of(robot), np.array([cell], np.int32))[0]
         self._nearest[robot] = self._board.distances[robot, self._step.at[robot]]
         self._patience[robot] = STALLED if len(self._roadmap.room) else PATIENCE + 2 * int(self._nearest[robot])
+
+    def set_size(self, robot: int, size: int) -> None:
+        """Let another row of ``roadmap.barred`` hold for a robot, with the same goal; it must still be reached."""
+        if self._sizes is not None:
+            self._sizes[robot] = size
 
     def extend(self, waiting: NDArray[np.bool_] | None = None) -> NDArray[np.int32]:
         """Plan one more step; return the cell of each robot after it, (n,) int32.

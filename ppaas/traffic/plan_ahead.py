@@ -187,8 +187,15 @@ class PlanAhead:
         after = self._plan.extend(waiting)
         for index in np.nonzero(after != before)[0].tolist():
             member = self._members[index]
+            self._shut_behind(member, int(before[index]), int(after[index]))
             self._append(member, int(after[index]))
             self._mark_arrival(member, index)
+
+    def _shut_behind(self, member: Member, left: Cell, cell: Cell) -> None:
+        """Let nobody who has left a car give way back into it: its doors may shut."""
+        goal = int(self._plan.goals[self._index[member.name]])
+        if self._rules.car_of(left) is not None and self._rules.car_of(cell) is None:
+            self._plan.set_size(self._index[member.name], self._rules.kind(self._sizes[member.name], cell, goal))
 
     def _append(self, member: Member, cell: Cell) -> None:
         """Append a cell to the queue of a robot, unless it only comes back to the one before."""
