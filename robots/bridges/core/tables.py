@@ -77,6 +77,7 @@ UP: Final = (
     UpTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", ("diagnostics",)),
     UpTopic("joint_states", "sensor_msgs/msg/JointState", ("joint_states",), clone=False, period=JOINTS_PERIOD),
     UpTopic("battery_state", "sensor_msgs/msg/BatteryState", ("battery_state", "battery"), clone=False, period=1.0),
+    UpTopic("barometer", "sensor_msgs/msg/FluidPressure", ("barometer", "air_pressure"), period=0.5),
     UpTopic("task/confirm", "std_msgs/msg/Bool", ("task/confirm",), clone=False),
     UpTopic("detected_dock_pose", "geometry_msgs/msg/PoseStamped", ("detected_dock_pose",)),
     UpTopic("lift_state", "std_msgs/msg/Bool", ("lift_state",)),
