@@ -35,6 +35,7 @@ class LoadFitting:
         Builds the nodes with the given names for the current spec, and adds them to the graph.
     monitoring : ContainerMonitor
         Node monitor of the clone: while the robot carries a load, all nodes run here.
+
     Attributes
     ----------
     fitted : callable

@@ -282,9 +282,7 @@ class JourneyMachine:
         self._set(failures=journey.failures + 1, text=text)
         if journey.phase == "alighting" or self.journey.failures < TRIES:
             return self._send()
-        if (
-            journey.phase == "boarding"
-        ):  # it may be in the doorway: the controller leads it out, then it takes another way
+        if journey.phase == "boarding":  # it may be in the doorway: it is led out, then it takes another way
             self._set(avoid=tuple(dict.fromkeys((*journey.avoid, journey.now.name))))
             return [Keep(self.journey), CancelRide()]
         if journey.now.kind == "door":
@@ -333,11 +331,9 @@ class JourneyMachine:
     def _alight(self, floor: str) -> Orders:
         """Leave the car: the clone goes to the map of the floor first, if it is on another one."""
         journey = self.journey
-        if (
-            journey.phase == "waiting"
-            or journey.now.kind != "lift"
-            or find_landing(self._layout, journey.now, floor) is None
-        ):
+        if journey.phase == "waiting" or journey.now.kind != "lift":
+            return []
+        if find_landing(self._layout, journey.now, floor) is None:
             return []
         if (journey.phase == "alighting" and journey.out == floor) or journey.lied == floor:
             return []
