@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import ClassVar
 
 from engine.devices.base import DeviceDriver, DeviceUrl, DoorDevice, LiftDevice
@@ -41,17 +42,22 @@ class SimDriver(DeviceDriver):
             seed=int(url.number("seed", 0, 0, 2**31)),
             breaks=url.number("breaks", NEVER, 0.0, NEVER),
         )
-        return _SimLift(SimulatedLift(settings.lift, levels, _now(), model))
+        return _SimLift(lambda now: SimulatedLift(settings.lift, levels, now, model))
 
     def door(self, url: DeviceUrl, settings: DoorSettings, hosts: DeviceHosts) -> DoorDevice:
         """Return a simulated door."""
         url.check_options()
-        return _SimDoor(SimulatedDoor(settings.floor, settings.door, _now(), settings.opens))
+        return _SimDoor(lambda now: SimulatedDoor(settings.floor, settings.door, now, settings.opens))
 
 
 class _SimLift(LiftDevice):
-    def __init__(self, lift: SimulatedLift) -> None:
-        self._lift = lift
+    def __init__(self, made_at: Callable[[float], SimulatedLift]) -> None:
+        self._made_at = made_at
+
+    @cached_property
+    def _lift(self) -> SimulatedLift:
+        """The lift, whose time begins when it is used first: a device may be opened before there is an event loop."""
+        return self._made_at(_now())
 
     async def run(self, report: Callable[[LiftState], None]) -> None:
         while True:
@@ -66,8 +72,13 @@ class _SimLift(LiftDevice):
 
 
 class _SimDoor(DoorDevice):
-    def __init__(self, door: SimulatedDoor) -> None:
-        self._door = door
+    def __init__(self, made_at: Callable[[float], SimulatedDoor]) -> None:
+        self._made_at = made_at
+
+    @cached_property
+    def _door(self) -> SimulatedDoor:
+        """The door, made when it is used first, as a lift is."""
+        return self._made_at(_now())
 
     async def run(self, report: Callable[[DoorState], None]) -> None:
         while True:

@@ -35,5 +35,5 @@ def test_the_shell_commands_work(own_cloud: RunningCloud, tmp_path: Path) -> Non
     assert "tb1-ros2" in printed
     written = {path.name for path in (tmp_path / "tb1-ros2").iterdir()}
     listed = {name for row in table(PAGE, "file", "what it has") for name in re.findall(r"[\w.]+\.\w+", row[0])}
-    assert listed - written == {"robot.urdf"}, "tb1 has none"
+    assert listed - written == {"robot.urdf", "docks.yaml"}, "tb1 has no URDF, and its map no docks"
     assert {name for name in written - listed if not name.endswith(".pgm")} == set()

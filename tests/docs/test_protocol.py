@@ -133,6 +133,7 @@ def test_topics_and_services_of_mapping_are_those_of_the_clone_of_a_new_map(grap
     mapping = Graph()
     build_clone(mapping, None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0))
     mapping.add(lambda context: StopNode(context, mapping, "tb1"))
+    mapping.add(lambda context: FootprintNode(context, mapping, lambda _: None))
     node = mapping.nodes["grid_slam"]
     published = {
         topic.name: (type_name(topic.type), ("both" if topic.robot_only else "out") + ", latched" * topic.latched)

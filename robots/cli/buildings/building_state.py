@@ -1,7 +1,6 @@
 """Verb ``ppaas building state``: what the lifts and doors of a building do, and the journeys in it."""
 
 import argparse
-import asyncio
 import json
 import sys
 import time
@@ -57,6 +56,8 @@ async def _draw(client: "RestClient", arguments: argparse.Namespace) -> None:
 
 
 async def _updates(client: "RestClient", arguments: argparse.Namespace) -> AsyncIterator[Row]:
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     while True:
         yield await client.get(path_of("buildings", arguments.id, "state"))
         if not arguments.watch:
