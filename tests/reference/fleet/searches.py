@@ -41,22 +41,28 @@ def shortest(roadmap: Roadmap, starts: Sequence[int], goals: Sequence[int], size
     Robots of some sizes do not enter the cells that are barred for them.
     """
     wanted, first = tuple(map(int, goals)), tuple(map(int, starts))
+    near = [[cell, *(int(one) for one in moves if one >= 0)] for cell, moves in enumerate(roadmap.neighbours)]
     known, layer, steps = {first}, [first], 0
     while layer:
         if wanted in known:
             return steps
-        layer = [after for before in layer for after in _next(roadmap, before, sizes) if after not in known]
-        known |= set(layer)
-        steps += 1
+        found = {after for before in layer for after in _next(roadmap, near, before, sizes, known)}
+        layer, steps = list(found), steps + 1
+        known |= found
     return None
 
 
-def _next(roadmap: Roadmap, before: Cells, sizes: Sequence[int]) -> Iterator[Cells]:
-    ways = [[cell, *(int(near) for near in roadmap.neighbours[cell] if near >= 0)] for cell in before]
+def _next(
+    roadmap: Roadmap, near: Sequence[Sequence[int]], before: Cells, sizes: Sequence[int], known: set[Cells]
+) -> Iterator[Cells]:
+    """Yield what one step leads to and is not known; that is asked first, for most of it is."""
+    ways = [near[cell] for cell in before]
     for robot, size in enumerate(sizes):
         ways[robot] = [cell for cell in ways[robot] if cell == before[robot] or not roadmap.barred[size, cell]]
     for after in itertools.product(*ways):
-        if len(set(after)) == len(after) and not has_ring(before, after) and has_room(roadmap, before, after):
+        if after in known or len(set(after)) < len(after):
+            continue
+        if not has_ring(before, after) and has_room(roadmap, before, after):
             yield after
 
 
