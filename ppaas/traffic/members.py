@@ -241,15 +241,13 @@ def check_report(report: TrafficReport) -> None:
     if report.aside not in ASIDE:
         raise InvalidInput(f"robot {report.robot!r} is aside for an unknown reason, {report.aside[:32]!r}")
     if len(report.spur) > 1 or (report.spur and not _is_beside(report)):
-        raise InvalidInput(f"robot {report.robot!r} reports a spur that does not begin at the end of its way")
+        raise InvalidInput(f"robot {report.robot!r} reports a spur that does not begin on its way")
 
 
 def _is_beside(report: TrafficReport) -> bool:
-    """Return whether the spur of a robot ends near to the last cell of its way."""
-    if not report.way:
-        return False
-    (place,), last = report.spur, report.way[-1]
-    return math.hypot(place.x - last.x, place.y - last.y) <= LARGEST
+    """Return whether the spur of a robot ends near to its way; that may lead on already while the robot drives back."""
+    [place] = report.spur
+    return any(math.hypot(place.x - cell.x, place.y - cell.y) <= LARGEST for cell in report.way)
 
 
 # -- outsiders ---------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import MapPoint
 from ppaas.traffic.coordinator import checkpoint_of
 from ppaas.traffic.granted_way import REACHED, GrantedWay
-from ppaas.traffic.members import PERSON, Member
+from ppaas.traffic.members import PERSON, Member, check_report
 from ppaas.traffic.plan_ahead import SETTLES, Spurs
 from ppaas.zones.shapes import Polygon
 from ppaas.zones.zone import NoStop, Zone
@@ -276,3 +276,15 @@ def test_with_goals_anywhere_all_get_home() -> None:
     assert not [robot.name for robot in simulation.robots if robot.goal_id or robot.refused]
     assert simulation.stood < 10.0
     assert sorted(simulation.misses)[len(simulation.misses) * 3 // 4] <= TOLERANCE
+
+
+def test_a_robot_may_report_a_spur_from_which_it_drives_back_to_a_long_way() -> None:
+    simulation, robot, _ = on_its_spur()
+    report = robot.report(simulation.now)
+    [place] = report.spur
+    longer = [MapPoint(place.x + 0.5 * cell, place.y) for cell in range(1, 15)]
+    report.way, report.ahead = [*report.way, *longer], report.ahead + len(longer)
+    check_report(report)
+    report.way, report.ahead = longer[-2:], 0
+    with pytest.raises(InvalidInput, match="does not begin on its way"):
+        check_report(report)
