@@ -367,7 +367,8 @@ class TrafficCoordinator:
             why: str | None = None
             while why is None and member.ahead < window_of(member.report, self.spacing):
                 why = self._grant_next(plan, member, now)
-            if member.at_goal:
+            # The head of the queue may be the end of a goal that was called off: the next step removes that.
+            if member.at_goal and member.queue[0] == Arrival(member.report.goal_id):
                 why = self._spurs.decide(member, now)
             self._wait(member, why or "" if member.ahead == 0 else "", now)
 

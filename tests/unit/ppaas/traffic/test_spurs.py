@@ -288,3 +288,15 @@ def test_a_robot_may_report_a_spur_from_which_it_drives_back_to_a_long_way() -> 
     report.way, report.ahead = longer[-2:], 0
     with pytest.raises(InvalidInput, match="does not begin on its way"):
         check_report(report)
+
+
+def test_no_spur_leads_to_a_goal_from_the_cell_of_one_that_was_called_off() -> None:
+    simulation, robot, _ = two(0, 23)
+    simulation.run(2.0)
+    goals = [(1.4 * SPACING, 0.0), (4.4 * SPACING, 2.4 * SPACING), (0.4 * SPACING, 2.4 * SPACING)]
+    for number in range(150):
+        robot.head_for(*goals[number % 3], simulation.now)
+        simulation.run(0.1 * (1 + number % 17))
+        member = member_of(simulation, robot)
+        if member.spur is not None:
+            assert math.dist(*member.spur.line) < SPACING
