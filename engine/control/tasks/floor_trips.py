@@ -81,6 +81,8 @@ class FloorTrips:
 
     async def cancel(self, robot: str, goal_id: str) -> bool:
         """Cancel the journey to a goal; return whether there is one that has not ended."""
+        if robot in self.docking and self.docking[robot].goal_id == goal_id:
+            del self.docking[robot]
         found = [journey for journey in self._active(robot) if journey.id == goal_id]
         for journey in found:
             await self._journeys.cancel_journey(self._user, robot, journey.id)

@@ -355,11 +355,8 @@ class TaskGroup:
                 await self._send(order)
 
     async def _cancel(self, order: Cancel) -> None:
-        client = self._robots.client(self.area.user, order.robot)
-        if self._trips is not None and await self._trips.cancel(order.robot, order.goal_id):
-            return
-        if client is not None:
-            client.cancel_any(order.goal_id)
+        if self._trips is None or not await self._trips.cancel(order.robot, order.goal_id):
+            self._robots.cancel(self.area.user, order.robot, order.goal_id)
 
 
 def _as_stored(record: MapTask) -> MapTask:

@@ -662,6 +662,27 @@ async def test_robots_dock_at_docks_and_undock_before_their_next_task(hall: Hall
     assert hall.task("t").state == "done"
 
 
+async def test_a_robot_whose_trip_to_a_dock_is_cancelled_docks_no_longer(hall: Hall) -> None:
+    sites = Sites({"a": (3.0, 0.0, 0.0)}, docks={"a": "a"})
+    hall.runner = TaskRunner(
+        hall.store, hall.robots, hall.news, hall.compute, hall.clock, task_map=partial(in_metres, sites=sites)
+    )
+    place = hall.connect("r")
+    place.topics[DOCK_ROBOT.goal.name] = robot_link.TopicInfo(DOCK_ROBOT.goal.name, "nav2_msgs/ActionGoal", False)
+    report_battery(place, 0.2)
+    hall.add("done", 5.0, state="done", ended=hall.clock())
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    [trip] = [one for one in hall.store.tasks("ann", "house") if one.task.trip]
+    assert [topic for topic, _ in delivered(place)] == [DOCK_ROBOT.goal.name]
+    ended = msgspec.structs.replace(trip.task, state="cancelled", ended=hall.clock())
+    hall.store.put_task(msgspec.structs.replace(trip, task=ended))
+    await hall.news.changed("ann", "house")
+    await hall.after()
+    assert (DOCK_ROBOT.cancel.name, {"stamp": {"secs": 0, "nsecs": 0}, "id": trip.task.goal_id}) in delivered(place)
+
+
 @pytest.mark.parametrize("text", ["contact-without-charge: no current", "charger-lies: the battery is discharged"])
 async def test_a_robot_that_cannot_dock_goes_to_the_next_charger_and_that_is_an_event(hall: Hall, text: str) -> None:
     sites = Sites({"a": (3.0, 0.0, 0.0), "b": (9.0, 0.0, 0.0)}, docks={"a": "a", "b": "b"})
