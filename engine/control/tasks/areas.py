@@ -60,10 +60,12 @@ class TaskAreas:
         self._records: list[BuildingRecord] = []
         self._read_at = float("-inf")
 
-    async def read(self, now: float) -> None:
-        """Read the buildings again, unless that was done a moment ago."""
-        if now - self._read_at >= REREAD:
+    async def read(self, now: float) -> bool:
+        """Read the buildings again, unless that was done a moment ago; return whether they were read."""
+        is_due = now - self._read_at >= REREAD
+        if is_due:
             self._records, self._read_at = await asyncio.to_thread(all_buildings, self._store), now
+        return is_due
 
     def of(self, group: Group) -> TaskArea:
         """Return the area of a map of a user."""

@@ -162,11 +162,10 @@ class TaskRunner:
 
     async def _note_news(self, now: float) -> None:
         """Note changed tasks; those of a building that was changed are led by another group from now on."""
-        if self._areas is not None and (self._groups or self._news.groups):
-            await self._areas.read(now)
-        for area in [area for area in self._groups if any(self._area_of(group) != area for group in area.groups)]:
-            del self._groups[area]
-            self._news.groups.update(area.groups)
+        if self._areas is not None and (self._groups or self._news.groups) and await self._areas.read(now):
+            for area in [area for area in self._groups if any(self._area_of(group) != area for group in area.groups)]:
+                del self._groups[area]
+                self._news.groups.update(area.groups)
         while self._news.groups:
             area = self._area_of(self._news.groups.pop())
             self._groups.setdefault(area, self._lead_group(area, kept_for=self._kept_for)).changed = True
