@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.bounded import inflated
 from ppaas.buildings.layout import Landing
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.geometry import Pose2D
@@ -89,11 +90,12 @@ def grid_of(part: FloorPart) -> GridMap:
     cells = part.width * part.height
     if cells > MOST_CELLS:
         raise InvalidInput(f"a part of a map has at most {MOST_CELLS} cells, not {cells}")
-    inflater = zlib.decompressobj()
     try:
-        content = inflater.decompress(part.data, cells)
+        content = inflated(part.data, cells)
     except zlib.error as error:
         raise InvalidInput(f"the map of floor {part.floor!r} is damaged: {error}") from error
-    if len(content) != cells or inflater.unconsumed_tail:
-        raise InvalidInput(f"the map of floor {part.floor!r} must have {cells} cells")
+    except OverflowError as error:
+        raise InvalidInput(f"the map of floor {part.floor!r} must have {cells} cells, not {error}") from error
+    if len(content) != cells:
+        raise InvalidInput(f"the map of floor {part.floor!r} must have {cells} cells, not {len(content)}")
     return GridMap(np.frombuffer(content, np.int8).reshape(info.shape), info)
