@@ -63,7 +63,7 @@ class Car:
     """
 
     def __init__(self, shaft: Shaft, session: str, now: float) -> None:
-        self.shaft, self.session, self._since = shaft, session, now
+        self.shaft, self.session = shaft, session
         self.rides: dict[str, LiftRide] = {}
         self.state: LiftState | None = None
         self.times = CarTimes(began=now, heard=float("-inf"), progress=now, mode=now)
@@ -162,7 +162,7 @@ class Car:
 
     def is_new(self, now: float) -> bool:
         """Return whether the lift has not reported yet, and could not have been expected to."""
-        return self.state is None and now - self._since <= SILENT
+        return self.state is None and now - self.times.began <= SILENT
 
     def serves(self, floor: str, now: float) -> bool:
         """Return whether robots get to the lift at a floor, sooner or later; people who have it leave it again."""
