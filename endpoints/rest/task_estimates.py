@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.resources.services import Services
 from endpoints.rest.task_schemas import EstimateAnswer
 from engine.control.planning.requests import CostRequest
-from engine.control.tasks.areas import TaskArea, area_in
+from engine.control.tasks.areas import TaskArea
 from engine.control.tasks.task_maps import distance_by, task_map_on
 from engine.specs.containers import MapVersion
 from ppaas.errors import PPaaSError
@@ -20,7 +20,6 @@ from ppaas.tasks.orders import RobotNow
 from ppaas.tasks.reach import straight
 from ppaas.tasks.records import Task
 from ppaas.tasks.rehearsal import Rehearsal
-from storage.buildings.records import all_buildings, building_with_map
 from storage.records import MapTask
 
 MOST_REHEARSED = 32
@@ -36,7 +35,9 @@ WAYS_TIMEOUT = 1.0
 """Time to wait for the lengths of the ways of a task with a deadline [s]; then they are straight lines."""
 
 
-async def estimate(services: Services, version: MapVersion, record: MapTask, now: float) -> EstimateAnswer | None:
+async def estimate(
+    services: Services, version: MapVersion, area: TaskArea, record: MapTask, now: float
+) -> EstimateAnswer | None:
     """Return when a stored task would begin and end; None if no robot can do it now, or if that takes long to find.
 
     Parameters
@@ -44,12 +45,13 @@ async def estimate(services: Services, version: MapVersion, record: MapTask, now
     services : Services
     version : MapVersion
         Current version of the map.
+    area : TaskArea
+        The map, or all floors of its building.
     record : MapTask
         The task.
     now : float
         Time [s since the epoch].
     """
-    area = await run_in_threadpool(_area_of, services, record)
     floors = {map_id: floor for floor, map_id in area.maps}
     robots = await _robots(services, record.user, floors)
     if not robots:
@@ -61,11 +63,6 @@ async def estimate(services: Services, version: MapVersion, record: MapTask, now
     if task.deadline is not None and not task.floors:
         distance = await _ways(services, record, version, task, robots)
     return await run_in_threadpool(_rehearsed, tasks, robots, distance, task, now)
-
-
-def _area_of(services: Services, record: MapTask) -> TaskArea:
-    found = building_with_map(all_buildings(services.store), record.user, record.map)
-    return area_in(None if found is None else found.building, (record.user, record.map))
 
 
 def _stored(services: Services, area: TaskArea) -> list[Task]:

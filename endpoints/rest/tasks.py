@@ -18,7 +18,9 @@ from endpoints.rest.paging import Page, StatePaging
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.task_estimates import estimate
 from endpoints.rest.task_schemas import TaskAnswer, TaskFile, TaskFilter
+from engine.control.tasks.areas import area_in
 from engine.specs.containers import MapVersion
+from ppaas.buildings.building import Building
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, QuotaExceeded, Unavailable
 from ppaas.tasks.records import Task
@@ -50,9 +52,11 @@ async def add_task(map_id: MapId, file: TaskFile, services: Provided, user: Call
     head = await readable_head(services, user, map_id)
     now = epoch()
     record = MapTask(user.id, map_id, file.task(f"{int(now * 1000.0):012x}-{secrets.token_hex(4)}", now))
-    record = await run_in_threadpool(_add, services.store, record)
+    building = await run_in_threadpool(_building_of, services.store, record)
+    record = await run_in_threadpool(_add, services.store, building, record)
     await _tell(services, record)
-    return TaskAnswer.of(record, await estimate(services, MapVersion(head.id, head.version), record, now))
+    area = area_in(building, (user.id, map_id))
+    return TaskAnswer.of(record, await estimate(services, MapVersion(head.id, head.version), area, record, now))
 
 
 @router.get("", response_model=Page[TaskAnswer], responses=KNOWN | problems(404))
@@ -97,9 +101,14 @@ async def confirm_task(map_id: MapId, task_id: TaskId, services: Provided, user:
     return TaskAnswer.of(record)
 
 
-def _add(store: Store, record: MapTask) -> MapTask:
+def _building_of(store: Store, record: MapTask) -> Building | None:
+    found = building_with_map(all_buildings(store), record.user, record.map)
+    return None if found is None else found.building
+
+
+def _add(store: Store, building: Building | None, record: MapTask) -> MapTask:
     if record.task.floors:
-        record = replace(record, task=_with_floors(store, record))
+        record = replace(record, task=_with_floors(building, record))
     if record.task.named_robot:
         store.robot(record.user, record.task.named_robot)  # raises if there is none
     for before in record.task.after:
@@ -112,15 +121,14 @@ def _add(store: Store, record: MapTask) -> MapTask:
     return record
 
 
-def _with_floors(store: Store, record: MapTask) -> Task:
+def _with_floors(building: Building | None, record: MapTask) -> Task:
     """Return a task that names the floor of each place; ``InvalidInput`` if its building has no such floor."""
-    found = building_with_map(all_buildings(store), record.user, record.map)
-    here = None if found is None else found.building.floor_of_map(record.map)
-    if found is None or here is None:
+    here = None if building is None else building.floor_of_map(record.map)
+    if building is None or here is None:
         raise no_building_of(record.map)
     floors = tuple(floor or here.name for floor in record.task.floors)
     for floor in floors:
-        found.building.floor(floor)
+        building.floor(floor)
     return replace(record.task, floors=floors)
 
 
